@@ -1,0 +1,1 @@
+//! The host side of hexstep: one more board, made of memory.

@@ -1,0 +1,11 @@
+//! Vectors, rotations and rigid poses: the plain values that every stage above the joints speaks in.
+//!
+//! All are generic over [`Real`](crate::math::Real). Lengths in millimetres, angles in radians, right-handed frames.
+
+pub mod pose;
+pub mod rotation;
+pub mod vector;
+
+pub use pose::Pose;
+pub use rotation::Rotation;
+pub use vector::Vector;

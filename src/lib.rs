@@ -1,0 +1,24 @@
+//! hexstep: bytes enter, pulses leave.
+//!
+//! ```text
+//! bytes
+//!   | serial interrupt     protocol::Receiver      u8, real-time flags
+//!   v                                              ---- queue of u8 ----
+//!   | foreground           protocol                bytes    -> Line
+//!   |  Controller::poll    path        <- cycles   Motion   -> Waypoint (pose, duration)
+//!   |                      kinematics  <- machines Pose     -> Joints<N>
+//!   |                      planner                 Joints   -> Block<N>
+//!   |                      stepper::Segmenter      Block    -> Segment<N>       float ends here
+//!   v                                              ---- queue of Segment<N> ----
+//!   | step interrupt       stepper::Interpolator   Segment  -> levels
+//!   v                      stepper::StepPort <- boards      -> pins
+//! ```
+//!
+//! The downward arrow is the flow of data and the only direction in which `use` points. The library has no statics,
+//! no `unsafe` and no operating system; it compiles unchanged for the target and for the host.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod geometry;
+pub mod joints;
+pub mod math;

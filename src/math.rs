@@ -1,0 +1,205 @@
+//! The one file that names the float library.
+//!
+//! Geometry, kinematics and process cycles are generic over [`Real`]: `f32` on the target, `f64` when the host
+//! plans or checks. Below the joints everything is `f32`. Each function here calls `libm` by name, because a
+//! method such as `x.sin()` would take the host's own library there, and host and target would no longer agree
+//! bit for bit.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A real number: `f32` or `f64`, with its functions from `libm`. Angles in radians.
+pub trait Real:
+    Copy
+    + PartialEq
+    + PartialOrd
+    + Debug
+    + Default
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + 'static
+{
+    const ZERO: Self;
+    const ONE: Self;
+    const TWO: Self;
+    const HALF: Self;
+    const PI: Self;
+    /// A full turn, 2 pi.
+    const TAU: Self;
+    const INFINITY: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+
+    /// The nearest representable number; meant for constants.
+    fn of(x: f64) -> Self;
+    fn of_i32(x: i32) -> Self;
+    fn to_f64(self) -> f64;
+    fn to_f32(self) -> f32;
+    fn is_finite(self) -> bool;
+
+    fn sqrt(self) -> Self;
+    fn cbrt(self) -> Self;
+    fn abs(self) -> Self;
+    fn floor(self) -> Self;
+    fn ceil(self) -> Self;
+    /// To the nearest integer, ties away from zero.
+    fn round(self) -> Self;
+    fn sin(self) -> Self;
+    fn cos(self) -> Self;
+    fn tan(self) -> Self;
+    fn asin(self) -> Self;
+    fn acos(self) -> Self;
+    fn atan(self) -> Self;
+    fn atan2(self, x: Self) -> Self;
+    fn hypot(self, other: Self) -> Self;
+    fn exp(self) -> Self;
+    fn ln(self) -> Self;
+    fn pow(self, exponent: Self) -> Self;
+    /// Magnitude of `self`, sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// Remainder of the division, with the sign of `self`.
+    fn rem(self, divisor: Self) -> Self;
+
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+
+    fn squared(self) -> Self {
+        self * self
+    }
+
+    /// The lesser of the two; the other one when one of them is not a number.
+    fn min(self, other: Self) -> Self {
+        if other < self || !self.is_number() {
+            other
+        } else {
+            self
+        }
+    }
+
+    /// The greater of the two; the other one when one of them is not a number.
+    fn max(self, other: Self) -> Self {
+        if other > self || !self.is_number() {
+            other
+        } else {
+            self
+        }
+    }
+
+    /// `self` held to `lo ..= hi`.
+    fn clamp(self, lo: Self, hi: Self) -> Self {
+        self.max(lo).min(hi)
+    }
+
+    fn is_number(self) -> bool {
+        self.partial_cmp(&self).is_some()
+    }
+
+    fn to_radians(self) -> Self {
+        self * (Self::PI / Self::of(180.0))
+    }
+
+    fn to_degrees(self) -> Self {
+        self * (Self::of(180.0) / Self::PI)
+    }
+}
+
+macro_rules! real {
+    ($t:ident, $sqrt:ident $cbrt:ident $abs:ident $floor:ident $ceil:ident $round:ident $sin:ident $cos:ident $tan:ident
+     $asin:ident $acos:ident $atan:ident $atan2:ident $hypot:ident $exp:ident $ln:ident $pow:ident $copysign:ident
+     $rem:ident) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const TWO: Self = 2.0;
+            const HALF: Self = 0.5;
+            const PI: Self = core::$t::consts::PI;
+            const TAU: Self = core::$t::consts::TAU;
+            const INFINITY: Self = $t::INFINITY;
+            const EPSILON: Self = $t::EPSILON;
+
+            fn of(x: f64) -> Self {
+                x as $t
+            }
+            fn of_i32(x: i32) -> Self {
+                x as $t
+            }
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+            fn to_f32(self) -> f32 {
+                self as f32
+            }
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            fn cbrt(self) -> Self {
+                libm::$cbrt(self)
+            }
+            fn abs(self) -> Self {
+                libm::$abs(self)
+            }
+            fn floor(self) -> Self {
+                libm::$floor(self)
+            }
+            fn ceil(self) -> Self {
+                libm::$ceil(self)
+            }
+            fn round(self) -> Self {
+                libm::$round(self)
+            }
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
+            fn tan(self) -> Self {
+                libm::$tan(self)
+            }
+            fn asin(self) -> Self {
+                libm::$asin(self)
+            }
+            fn acos(self) -> Self {
+                libm::$acos(self)
+            }
+            fn atan(self) -> Self {
+                libm::$atan(self)
+            }
+            fn atan2(self, x: Self) -> Self {
+                libm::$atan2(self, x)
+            }
+            fn hypot(self, other: Self) -> Self {
+                libm::$hypot(self, other)
+            }
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+            fn pow(self, exponent: Self) -> Self {
+                libm::$pow(self, exponent)
+            }
+            fn copysign(self, sign: Self) -> Self {
+                libm::$copysign(self, sign)
+            }
+            fn rem(self, divisor: Self) -> Self {
+                libm::$rem(self, divisor)
+            }
+        }
+    };
+}
+
+real!(f32, sqrtf cbrtf fabsf floorf ceilf roundf sinf cosf tanf asinf acosf atanf atan2f hypotf expf logf powf copysignf fmodf);
+real!(f64, sqrt cbrt fabs floor ceil round sin cos tan asin acos atan atan2 hypot exp log pow copysign fmod);

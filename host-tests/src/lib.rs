@@ -1,1 +1,5 @@
 //! The host side of hexstep: one more board, made of memory.
+
+pub mod export;
+pub mod files;
+pub mod trace;

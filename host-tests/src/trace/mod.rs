@@ -31,21 +31,14 @@ pub use motion::{HALF_WINDOW, Motion};
 pub use pulses::{Pulse, Pulses, Step};
 pub use statistics::{MotorStatistics, RATE_GAPS};
 
+use hexstep::stepper::StepMode;
+
 /// Counts of the step timer in a second: the core clock of the STM32F407.
 pub const TICK_HZ: u64 = 168_000_000;
 
 /// Seconds of a time in counts.
 pub fn seconds(counts: u64) -> f64 {
     counts as f64 / TICK_HZ as f64
-}
-
-/// How a step shows on its pin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// The rising edge is the step, the falling edge ends the pulse.
-    Pulse,
-    /// Every change of the pin is a step.
-    BothEdge,
 }
 
 /// One change of the pins.
@@ -95,12 +88,12 @@ impl<const N: usize> State<N> {
     };
 
     /// Takes a change over; the motors that step by it.
-    fn apply(&mut self, mode: Mode, change: Change) -> u8 {
+    fn apply(&mut self, mode: StepMode, change: Change) -> u8 {
         match change {
             Change::Levels(levels) => {
                 let stepping = match mode {
-                    Mode::Pulse => levels & !self.levels,
-                    Mode::BothEdge => levels ^ self.levels,
+                    StepMode::Pulse => levels & !self.levels,
+                    StepMode::BothEdge => levels ^ self.levels,
                 };
                 self.levels = levels;
                 for motor in bits::<N>(stepping) {
@@ -158,7 +151,7 @@ struct Block<const N: usize> {
 /// What N step/direction channels did, N = 1 ..= 8. See the module's page.
 #[derive(Clone, Debug)]
 pub struct Trace<const N: usize> {
-    mode: Mode,
+    mode: StepMode,
     blocks: Vec<Block<N>>,
     events: u64,
     /// The pins as they stand; tick and time of the event last stored.
@@ -173,7 +166,7 @@ impl<const N: usize> Trace<N> {
     const MOTORS_FIT_A_BYTE: () = assert!(1 <= N && N <= 8);
 
     /// An empty trace at tick 0, time 0: all pins low, all directions positive, drivers off, positions 0.
-    pub fn new(mode: Mode) -> Self {
+    pub fn new(mode: StepMode) -> Self {
         let () = Self::MOTORS_FIT_A_BYTE;
         Self {
             mode,
@@ -186,7 +179,7 @@ impl<const N: usize> Trace<N> {
         }
     }
 
-    pub fn mode(&self) -> Mode {
+    pub fn mode(&self) -> StepMode {
         self.mode
     }
 
@@ -363,7 +356,7 @@ impl<const N: usize> Trace<N> {
 /// The changes of a trace in order.
 #[derive(Clone, Debug)]
 pub struct Events<'a, const N: usize> {
-    mode: Mode,
+    mode: StepMode,
     state: State<N>,
     stepping: u8,
     bytes: &'a [u8],

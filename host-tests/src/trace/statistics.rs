@@ -1,6 +1,7 @@
 //! Events -> the figures of each motor: counts, gaps, pulse widths, direction set-up and hold.
 
-use super::{Change, Mode, TICK_HZ, Trace, bits};
+use super::{Change, TICK_HZ, Trace, bits};
+use hexstep::stepper::StepMode;
 use std::collections::VecDeque;
 
 /// Gaps over which the largest rate is taken: long enough that a tick more or less does not show, short enough that a
@@ -111,7 +112,7 @@ impl<const N: usize> Trace<N> {
         while let Some(event) = events.next() {
             match event.change {
                 Change::Levels(new) => {
-                    if self.mode() == Mode::Pulse {
+                    if self.mode() == StepMode::Pulse {
                         for motor in bits::<N>(new & !levels) {
                             let watch = &mut watches[motor];
                             if let Some(fell) = watch.fell {

@@ -294,7 +294,8 @@ fn a_trapezoid_of_speed_is_read_back_from_its_pulses() {
         assert!((at(&motion.speed, t) - top).abs() < 0.001 * top);
         assert!(at(&motion.acceleration, t).abs() < 0.005 * a);
     }
-    assert!(Motion::largest(&motion.acceleration) < 1.01 * a);
+    // The half step before the first edge, and after the last, is not seen: 2 steps / window^2 of acceleration at the ends.
+    assert!(Motion::largest(&motion.acceleration) < 1.001 * a + 2.0 / (window * window));
     assert!((trace.statistics()[0].largest_rate - top).abs() < 0.01 * top);
     let before_end = motion.position[motion.position.len() - 1];
     assert!((before_end - (top * (ramp + steady) - 0.5)).abs() < 1e-6);

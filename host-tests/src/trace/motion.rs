@@ -16,7 +16,8 @@
 //! a tick, so at rate v and tick time t the position is uncertain by e = v t of a step; averaged over the n edges of a
 //! window w that leaves about 30 e / (w^2 sqrt n) of noise in the acceleration and 320 e / (w^3 sqrt n) in the jerk. A window
 //! should hold ten steps at least where acceleration is judged. At rest the position stays half a step
-//! short of the whole one it came from: no edge tells more.
+//! short of the whole one: no edge tells more, and within a window of a start or a stop the acceleration may be
+//! 2 steps / w^2 off.
 
 use super::{TICK_HZ, Trace};
 

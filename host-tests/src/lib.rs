@@ -2,4 +2,6 @@
 
 pub mod export;
 pub mod files;
+pub mod plot;
+pub mod report;
 pub mod trace;

@@ -1,5 +1,6 @@
 //! The host side of hexstep: one more board, made of memory.
 
+pub mod calc;
 pub mod export;
 pub mod files;
 pub mod plot;

@@ -9,8 +9,12 @@
 //!  others:   inc_i = 2^32 d_i / X,  never above the leader's 2^32 / k
 //! ```
 //!
-//! The leader's ratio `1/k` is exact and its tick does not depend on the rounding of `X`, so at constant speed its pulses
-//! are even across borders; `ticks * period` differs from `tau` by up to half a tick, and that goes into the next `tau`.
+//! The leader's ratio `1/k` is exact, so its pulses are even. While speed changes, X is rounded down to whole ticks: every
+//! segment ends at the sample's instant, the others where they should be, the leader less than a tick behind. At constant
+//! speed the period is `tau / X` with X unrounded: the tick does not depend on the rounding, pulses are even across borders
+//! too, and the segment ends up to half a tick beside its instant, on the same straight line. What is left undone, in
+//! way and in time, goes into the next sample.
+//!
 //! `k` is the least power of two that keeps the tick rate at its floor; when a step would take more than 128 ticks, the
 //! segment ticks at the floor and all ratios are plain `d / ticks`. (interpolation.md section 3.)
 #![deny(clippy::float_arithmetic)]
@@ -19,8 +23,8 @@ use super::interpolator::{AT_REST, Instant, reversed_accumulator};
 use super::{Kind, Mask, Segment, SegmentSender, Timing};
 use fixed::types::I32F32;
 
-/// Segments that one [`Segmenter::advance`] may need: two stretches around a reversal.
-pub const SEGMENTS_PER_SAMPLE: usize = 2;
+/// Segments that one [`Segmenter::advance`] may need: a stretch before a reversal, and two periods.
+pub const SEGMENTS_PER_SAMPLE: usize = 3;
 
 /// Instants that can be looked up: all segments in the queue, the running one, and those just over.
 const REMEMBERED: usize = 2 * super::QUEUE;
@@ -106,10 +110,19 @@ struct Entry<const N: usize> {
     increments: [u32; N],
 }
 
+/// A segment, and how many of its ticks should be a timer count longer for it to end in time.
+#[derive(Clone, Copy)]
+struct Plan<const N: usize> {
+    segment: Segment<N>,
+    longer: u16,
+}
+
 /// Turns samples into segments; owns the books of N motors. Foreground only.
 pub struct Segmenter<const N: usize> {
     timing: Timing,
     motors: [Stance; N],
+    /// The last sample's target, and the way to it from the one before.
+    commanded: ([I32F32; N], [i64; N]),
     /// Wanted time not yet spent [timer counts]; negative when ahead.
     time_owed: i64,
     /// Segments sent so far (wraps); the number of the last one.
@@ -133,6 +146,7 @@ impl<const N: usize> Segmenter<N> {
         Self {
             timing,
             motors: start,
+            commanded: ([I32F32::ZERO; N], [0; N]),
             time_owed: 0,
             sent: 0,
             memory: [entry; REMEMBERED],
@@ -213,10 +227,10 @@ impl<const N: usize> Segmenter<N> {
             return Err(Full);
         }
         self.time_owed += i64::from(duration);
-        let plan = self.plan(target, last);
-        let plan = self.hold_directions(plan, queue);
-        if let Some(segment) = plan {
-            self.send(segment, queue);
+        let constant = self.is_constant(target);
+        let plan = self.plan(target, last, constant);
+        if let Some(plan) = self.hold_directions(plan, queue) {
+            self.send_in_time(plan, queue);
         }
         let arrived = !last || self.is_at(target);
         if last && arrived {
@@ -233,8 +247,23 @@ impl<const N: usize> Segmenter<N> {
         })
     }
 
+    /// Whether no motor's speed differs from that of the sample before by more than 1/256 of the leader's: then half a
+    /// tick along the line leads less than a thousandth of a step astray.
+    fn is_constant(&mut self, target: &[I32F32; N]) -> bool {
+        let (before, way_before) = &self.commanded;
+        let way: [i64; N] =
+            core::array::from_fn(|i| target[i].to_bits().wrapping_sub(before[i].to_bits()));
+        let longest = way.iter().map(|d| d.unsigned_abs()).max().unwrap_or(0);
+        let constant = way
+            .iter()
+            .zip(way_before)
+            .all(|(d, b)| d.abs_diff(*b) <= longest >> 8);
+        self.commanded = (*target, way);
+        constant
+    }
+
     /// The segment from here to `target`: ratios, ticks, period, wanted directions. Nothing is changed.
-    fn plan(&self, target: &[I32F32; N], last: bool) -> Segment<N> {
+    fn plan(&self, target: &[I32F32; N], last: bool, constant: bool) -> Plan<N> {
         let timing = &self.timing;
         let mut way = [0i64; N];
         let mut longest = 0u64;
@@ -265,11 +294,17 @@ impl<const N: usize> Segmenter<N> {
             kind: Kind::Motion,
             increments: [0; N],
         };
-        if exact {
-            self.exact_ratios(&mut segment, &way, longest, shift, tau);
+        let counts = if exact {
+            self.exact_ratios(&mut segment, &way, longest, shift, tau, constant)
         } else {
-            self.plain_ratios(&mut segment, &way, longest, floor_ticks, tau);
-        }
+            self.plain_ratios(&mut segment, &way, longest, floor_ticks);
+            tau
+        };
+        // tau is below 2^32 counts (25 s at 168 MHz).
+        let counts = counts.min(u64::from(u32::MAX)) as u32;
+        let ticks = u32::from(segment.ticks);
+        segment.period = (counts / ticks).max(timing.least_period);
+        let longer = counts.saturating_sub(segment.period * ticks).min(ticks - 1) as u16;
 
         // First step at the earliest when the direction has been set up, and never in the tick right behind a step.
         let wait = timing
@@ -286,10 +321,10 @@ impl<const N: usize> Segmenter<N> {
             }
         }
         segment.wait = wait;
-        segment
+        Plan { segment, longer }
     }
 
-    /// Ratios by the leader's `1/k`, k = 2^shift.
+    /// Ratios by the leader's `1/k`, k = 2^shift; returns the time that they take, in timer counts.
     fn exact_ratios(
         &self,
         segment: &mut Segment<N>,
@@ -297,13 +332,17 @@ impl<const N: usize> Segmenter<N> {
         longest: u64,
         shift: u32,
         tau: u64,
-    ) {
+        constant: bool,
+    ) -> u64 {
         let x = longest << shift; // ticks, Q32.32, at least one floor's worth, below 2^48
-        let ticks = (x + (1 << 31)) >> 32;
+        // To the nearest along a straight line; else down, so that the leader never runs ahead of its corner.
+        let ticks = if constant {
+            (x + (1 << 31)) >> 32
+        } else {
+            x >> 32
+        };
         segment.ticks = ticks as u16;
-        // tau < 2^31 counts (12 s at 168 MHz), so the shifted value stays below 2^63.
-        let tau = tau.min(1 << 31);
-        segment.period = ((((tau << 32) + x / 2) / x) as u32).max(self.timing.least_period);
+        let x = if constant { x } else { ticks << 32 };
         // 2^78 / x, between 2^30 and 2^46: one division for all motors.
         let reciprocal = (1u64 << 62) / (x >> 16);
         let top = if shift == 0 {
@@ -311,16 +350,28 @@ impl<const N: usize> Segmenter<N> {
         } else {
             1 << (32 - shift)
         };
-        // One tick's worth of way of the leader: 2^32 / k.
-        let tick_way = 1u64 << (32 - shift);
+        // Equals of the leader take its ratio, or they would stutter by a tick: those that reach its way by the end of
+        // the segment, and on a straight line those that miss it by an eighth of a tick.
+        let equal = if constant {
+            longest.saturating_sub(1 << (29 - shift))
+        } else {
+            x >> shift
+        };
         for (i, d) in way.iter().enumerate() {
             let d = d.unsigned_abs();
-            if longest - d < tick_way && d != 0 {
+            if d >= equal && d != 0 {
                 segment.increments[i] = top;
             } else {
                 let inc = ((u128::from(d) * u128::from(reciprocal)) >> 46) as u64;
                 segment.increments[i] = inc.min(u64::from(top)) as u32;
             }
+        }
+        if constant {
+            // ticks / X of tau: ticks is below 2^16, tau held below 2^31.
+            let tau = tau.min(1 << 31);
+            ((tau * ticks) << 16) / (x >> 16)
+        } else {
+            tau
         }
     }
 
@@ -331,15 +382,11 @@ impl<const N: usize> Segmenter<N> {
         way: &[i64; N],
         longest: u64,
         floor_ticks: u64,
-        tau: u64,
     ) {
         // Two ticks a step, so that every ratio fits both modes.
         let needed = (longest >> 31) + u64::from(longest != 0);
         let ticks = needed.clamp(floor_ticks, MOST_TICKS);
         segment.ticks = ticks as u16;
-        let period = (tau + ticks / 2) / ticks;
-        segment.period =
-            period.clamp(u64::from(self.timing.least_period), u64::from(u32::MAX)) as u32;
         for (i, d) in way.iter().enumerate() {
             let inc = (d.unsigned_abs() + ticks / 2) / ticks;
             segment.increments[i] = inc.min(1 << 31) as u32;
@@ -350,9 +397,10 @@ impl<const N: usize> Segmenter<N> {
     /// first stretch runs without it. Returns what is left of the segment.
     fn hold_directions(
         &mut self,
-        segment: Segment<N>,
+        plan: Plan<N>,
         queue: &mut SegmentSender<'_, N>,
-    ) -> Option<Segment<N>> {
+    ) -> Option<Plan<N>> {
+        let segment = plan.segment;
         let mut missing = 0;
         for (i, motor) in self.motors.iter().enumerate() {
             if segment.reversed >> i & 1 != 0 {
@@ -360,7 +408,7 @@ impl<const N: usize> Segmenter<N> {
             }
         }
         if missing == 0 {
-            return Some(segment);
+            return Some(plan);
         }
         let stretch = missing
             .div_ceil(segment.period)
@@ -376,10 +424,45 @@ impl<const N: usize> Segmenter<N> {
         first.reversed = 0;
         self.send(first, queue);
         let left = segment.ticks - stretch;
-        (left > 0).then_some(Segment {
-            ticks: left,
-            ..segment
+        (left > 0).then_some(Plan {
+            segment: Segment {
+                ticks: left,
+                ..segment
+            },
+            longer: plan.longer.min(left - 1),
         })
+    }
+
+    /// Sends a planned segment so that it ends in time: whole counts a tick add up to as much as half a count for each
+    /// tick. Where that is more than an eighth of a tick, the last ticks go in a segment of their own, a count longer.
+    fn send_in_time(&mut self, plan: Plan<N>, queue: &mut SegmentSender<'_, N>) {
+        let Plan {
+            mut segment,
+            longer,
+        } = plan;
+        let shorter = segment.ticks - longer;
+        if u32::from(longer.min(shorter)) <= segment.period / 8 {
+            segment.period += u32::from(longer > shorter);
+            self.send(segment, queue);
+        } else {
+            self.send(
+                Segment {
+                    ticks: shorter,
+                    ..segment
+                },
+                queue,
+            );
+            let period = segment.period + 1;
+            self.send(
+                Segment {
+                    ticks: longer,
+                    period,
+                    reversed: 0,
+                    ..segment
+                },
+                queue,
+            );
+        }
     }
 
     /// The motors rest: one tick without motion, behind which the queue may run dry.

@@ -3,6 +3,7 @@
 pub mod calc;
 pub mod export;
 pub mod files;
+pub mod job;
 pub mod plot;
 pub mod report;
 pub mod trace;

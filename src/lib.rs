@@ -19,8 +19,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod cycles;
 pub mod geometry;
 pub mod joints;
+pub mod kinematics;
+pub mod machines;
 pub mod math;
 pub mod planner;
 pub mod stepper;

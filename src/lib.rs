@@ -25,4 +25,5 @@ pub mod joints;
 pub mod kinematics;
 pub mod machines;
 pub mod math;
+pub mod planner;
 pub mod stepper;

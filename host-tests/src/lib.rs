@@ -5,5 +5,7 @@ pub mod export;
 pub mod files;
 pub mod job;
 pub mod plot;
+pub mod reference;
 pub mod report;
+pub mod rig;
 pub mod trace;

@@ -19,7 +19,7 @@
 //! short of the whole one: no edge tells more, and within a window of a start or a stop the acceleration may be
 //! 2 steps / w^2 off.
 
-use super::{TICK_HZ, Trace};
+use super::{TICK_HZ, Trace, bits};
 
 /// Cells to either side of the middle one in a window.
 pub const HALF_WINDOW: usize = 8;
@@ -161,6 +161,41 @@ impl Motion {
     /// Largest magnitude in one of the lists.
     pub fn largest(list: &[f64]) -> f64 {
         list.iter().fold(0.0, |held: f64, y| held.max(y.abs()))
+    }
+}
+
+impl<const N: usize> Trace<N> {
+    /// Positions of all motors every `counts` counts from 0 to the end of the trace [steps]: on the line through the
+    /// crossings of half steps, and on whole steps before the first and after the last of them.
+    pub fn rebuilt_every(&self, counts: u64) -> Vec<[f64; N]> {
+        let counts = counts.max(1);
+        let length = (self.end() / counts + 1) as usize;
+        let mut rebuilt = vec![[0.0; N]; length];
+        // The last crossing of each motor: its time and place; at first, rest at zero.
+        let mut last: [Option<(u64, f64)>; N] = [None; N];
+        for pulse in self.pulses() {
+            for motor in bits::<N>(pulse.motors) {
+                let Some(step) = pulse.step_of(motor) else {
+                    continue;
+                };
+                let x1 = step.position as f64 - 0.5 * f64::from(step.sign);
+                if let Some((t0, x0)) = last[motor] {
+                    let slope = (x1 - x0) / (pulse.time - t0).max(1) as f64;
+                    for k in t0.div_ceil(counts)..pulse.time.div_ceil(counts) {
+                        rebuilt[k as usize][motor] = x0 + slope * (k * counts - t0) as f64;
+                    }
+                }
+                last[motor] = Some((pulse.time, x1));
+            }
+        }
+        let end = self.positions();
+        for motor in 0..N {
+            let first = last[motor].map_or(0, |(t0, _)| t0.div_ceil(counts) as usize);
+            for row in rebuilt.iter_mut().skip(first) {
+                row[motor] = end[motor] as f64;
+            }
+        }
+        rebuilt
     }
 }
 

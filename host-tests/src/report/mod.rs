@@ -1,5 +1,14 @@
 //! Figures and tables -> one HTML page that needs nothing else: no network, no script, and it prints well.
 
+mod drill;
+mod ground;
+mod motors;
+mod outline;
+
+pub use drill::DrillFigures;
+pub use ground::{Feature, GroundDrill, Stroke};
+pub use motors::{Channel, MotorFigures, Motors, pulse_trains};
+
 use crate::plot::escape;
 use std::fmt::Write;
 

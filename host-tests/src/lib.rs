@@ -1,6 +1,7 @@
 //! The host side of hexstep: one more board, made of memory.
 
 pub mod calc;
+pub mod cli;
 pub mod export;
 pub mod files;
 pub mod job;

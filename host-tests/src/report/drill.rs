@@ -150,7 +150,7 @@ impl<'a> DrillFigures<'a> {
             let (digits, unit) = shown(&feature);
             let text = |x: Option<f64>| x.map_or("–".into(), |x| format!("{x:.digits$}"));
             lines.push(format!(
-                "{:<42}{:>12.digits$}{:>12}{:>12} {unit}",
+                "{:<42}{:>12.digits$}{:>12}{:>12}{unit}",
                 feature.name,
                 feature.wanted,
                 text(feature.found),
@@ -310,7 +310,7 @@ impl<'a> DrillFigures<'a> {
         );
         report.figure(
             &self.ground.error_chart(),
-            "Positive is material left standing less deep than wanted turned round: the surface lies farther towards the shank, ground too deep.",
+            "Positive is ground too deep. The waves come from the chords between waypoints.",
         );
     }
 
@@ -348,7 +348,7 @@ impl<'a> DrillFigures<'a> {
         for motor in 0..6 {
             report.figure(
                 &self.motors.rate_chart(motor, from, to),
-                if motor == 0 {
+                if motor == 5 {
                     "Step rates over the same pass, rebuilt over windows of 20 ms, with the limits of the job."
                 } else {
                     ""
@@ -380,8 +380,9 @@ impl<'a> DrillFigures<'a> {
             );
         }
         if let Some(time) = self.first_reversal() {
-            let span = TICK_HZ / 500;
-            let from = time.saturating_sub(span / 2);
+            // From standstill to standstill: the first steps come a millisecond or more later.
+            let span = TICK_HZ / 150;
+            let from = time.saturating_sub(span / 3);
             report.figure(
                 &pulse_trains(trace, &names, "At a change of direction", from, from + span),
                 "The direction changes well before the first step the other way.",
@@ -435,13 +436,25 @@ impl<'a> DrillFigures<'a> {
         Some(((first.from - 2.5).max(before), until))
     }
 
-    /// A direction pin's first change after the first stroke has begun [counts].
+    /// Between the first stroke and the second: the change of directions that turns most motors [counts].
     fn first_reversal(&self) -> Option<u64> {
-        let from = (self.ground.strokes.first()?.from * TICK_HZ as f64) as u64;
-        let (_, mut events) = self.outcome.trace.events_from(from);
-        events
-            .find(|event| matches!(event.change, Change::Directions(_)))
-            .map(|event| event.time)
+        let [first, second] = self.ground.strokes.get(..2)? else {
+            return None;
+        };
+        let counts = |s: f64| (s * TICK_HZ as f64) as u64;
+        let (state, events) = self.outcome.trace.events_from(counts(first.to));
+        let mut mask = state.directions;
+        let mut best = (0, None);
+        for event in events.take_while(|event| event.time < counts(second.from)) {
+            if let Change::Directions(new) = event.change {
+                let turned = (new ^ mask).count_ones();
+                if turned > best.0 {
+                    best = (turned, Some(event.time));
+                }
+                mask = new;
+            }
+        }
+        best.1
     }
 }
 
@@ -469,7 +482,7 @@ fn shown(feature: &Feature) -> (usize, &'static str) {
     if feature.unit == "deg" {
         (3, "°")
     } else {
-        (4, "mm")
+        (4, " mm")
     }
 }
 

@@ -39,18 +39,16 @@ pub struct Motors {
 pub const TOLERANCE: f64 = 1.02;
 
 impl Motors {
-    /// Reads the trace once for the statistics and once for each motor.
+    /// Reads the trace twice: for the statistics, and for the motions.
     pub fn of<const N: usize>(trace: &Trace<N>, channels: &[Channel; N], window: f64) -> Self {
         let statistics = trace.statistics();
-        let figures = (0..N).map(|motor| {
-            let motion = Motion::rebuild(trace, motor, window);
-            MotorFigures {
-                channel: channels[motor].clone(),
-                statistics: statistics[motor],
-                rate: Motion::largest(&motion.speed),
-                acceleration: Motion::largest(&motion.acceleration),
-                motion,
-            }
+        let motions = Motion::rebuild_all(trace, window).into_iter().enumerate();
+        let figures = motions.map(|(motor, motion)| MotorFigures {
+            channel: channels[motor].clone(),
+            statistics: statistics[motor],
+            rate: Motion::largest(&motion.speed),
+            acceleration: Motion::largest(&motion.acceleration),
+            motion,
         });
         Self {
             figures: figures.collect(),

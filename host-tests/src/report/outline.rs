@@ -28,64 +28,67 @@ impl GroundDrill {
         (r0, r, corner, end)
     }
 
-    /// Seen along the drill's axis onto the point: lips, chisel edge, heels, lines of equal height.
+    /// Seen along the drill's axis onto the point: lips, chisel edge, heels, lines of equal height. The drill's z points
+    /// away from the viewer, so that with x to the right y points down; lip 1 lies to the right, above the axis.
     pub fn plan(&self, width: f64) -> String {
         let (r0, r, corner, end) = self.frame();
+        let seen = |x: f64, y: f64| (x, -y);
         let mut drawing = Drawing::new("Plan, seen onto the point", width);
         for line in self.contours(0.25) {
-            drawing = drawing.line(line, CONTOUR);
+            drawing = drawing.line(line.into_iter().map(|(x, y)| seen(x, y)), CONTOUR);
         }
         let heel = HEEL - (r0 / r).asin();
         for side in [1.0, -1.0] {
             let heel_line = [
-                (side * r * heel.cos(), side * r * heel.sin()),
-                (-side * end, side * r0),
+                seen(side * r * heel.cos(), side * r * heel.sin()),
+                seen(-side * end, side * r0),
             ];
-            drawing = drawing
-                .line(heel_line, Pen::THIN)
-                .line([(side * end, -side * r0), (side * corner, -side * r0)], LIP);
+            let lip = [
+                seen(side * end, -side * r0),
+                seen(side * corner, -side * r0),
+            ];
+            drawing = drawing.line(heel_line, Pen::THIN).line(lip, LIP);
         }
         let edge = self.simulation.chisel_edge(41);
-        let angle = self.wanted_chisel_angle();
+        let angle = self
+            .wanted
+            .ground()
+            .map_or(0.0, |ground| ground.chisel_angle);
         // The tangent at the tip, in which the chisel angle is measured; the edge itself is slightly S-shaped.
-        let reach = 0.42 * r;
-        let tangent = (reach * angle.cos(), -reach * angle.sin());
-        let found = self
-            .geometry()
-            .into_iter()
-            .find(|feature| feature.name == "chisel edge angle")
-            .and_then(|feature| feature.found)
-            .unwrap_or(f64::NAN);
+        let tangent = seen(0.62 * r * angle.cos(), -0.62 * r * angle.sin());
+        let web = self.web.unwrap_or(2.0 * r0);
         drawing
             .circle((0.0, 0.0), r, Pen::EDGE)
             .line([(-1.12 * r, 0.0), (1.12 * r, 0.0)], Pen::CENTRE)
             .line([(0.0, -1.12 * r), (0.0, 1.12 * r)], Pen::CENTRE)
             .line([(0.0, 0.0), tangent], Pen::THIN)
-            .line(edge.iter().map(|p| (p[0], p[1])), CHISEL)
+            .line([seen(-0.78 * r, -r0), seen(end, -r0)], Pen::THIN)
+            .line(edge.iter().map(|p| seen(p[0], p[1])), CHISEL)
             .angle(
                 (0.0, 0.0),
-                0.36 * r,
-                -angle,
+                0.52 * r,
                 0.0,
-                &format!("{}°", number(found, 2)),
+                angle,
+                &self.shown_angle("chisel edge angle"),
             )
-            .dimension(
-                (-0.72 * r, -r0),
-                (-0.72 * r, r0),
-                &number(self.web.unwrap_or(2.0 * r0), 3),
-            )
-            .line([(-0.78 * r, -r0), (end, -r0)], Pen::THIN)
-            .text((0.66 * r, -r0 - 0.07 * r), "lip 1")
-            .text((-0.45 * r, r0 + 0.07 * r), "lip 2")
-            .text((0.35 * r, 0.55 * r), "flank 1")
-            .text((-0.35 * r, -0.55 * r), "flank 2")
+            .dimension(seen(-0.72 * r, r0), seen(-0.72 * r, -r0), &number(web, 3))
+            .text(seen(0.8 * r, -r0 - 0.07 * r), "lip 1")
+            .text(seen(-0.42 * r, r0 + 0.07 * r), "lip 2")
+            .text(seen(0.42 * r, 0.5 * r), "flank 1")
+            .text(seen(-0.42 * r, -0.5 * r), "flank 2")
             .svg()
     }
 
-    fn wanted_chisel_angle(&self) -> f64 {
-        self.wanted
-            .ground()
-            .map_or(0.0, |ground| ground.chisel_angle)
+    /// A measured angle as it stands in a drawing.
+    fn shown_angle(&self, name: &str) -> String {
+        let feature = self
+            .geometry()
+            .into_iter()
+            .find(|feature| feature.name == name);
+        match feature.and_then(|feature| feature.found) {
+            Some(found) => format!("{}°", number(found, 2)),
+            None => "?".into(),
+        }
     }
 
     /// Seen at right angles to the lips: point angle, chisel edge, and the circumference of both flanks.
@@ -119,14 +122,14 @@ impl GroundDrill {
         // Where the two lips, drawn on, meet on the axis.
         let lip_height = height(corner, -r0);
         let meet = lip_height - corner / half.tan();
-        let found = self
-            .geometry()
-            .into_iter()
-            .find(|feature| feature.name == "point angle")
-            .and_then(|feature| feature.found)
-            .unwrap_or(f64::NAN);
         let down = -std::f64::consts::FRAC_PI_2;
+        // As wide as the plan beside it, so that both have one scale.
+        let unseen = Pen {
+            colour: "none",
+            ..Pen::THIN
+        };
         drawing
+            .line([up(-1.12 * r, shank), up(1.12 * r, shank)], unseen)
             .line([up(0.0, meet - 0.06 * r), up(0.0, shank)], Pen::CENTRE)
             .line(
                 [
@@ -142,7 +145,7 @@ impl GroundDrill {
                 0.62 * r,
                 down - half,
                 down + half,
-                &format!("{}°", number(found, 2)),
+                &self.shown_angle("point angle"),
             )
             .dimension(
                 up(-r, shank - 0.1 * r),

@@ -148,11 +148,11 @@ impl<'a> DrillFigures<'a> {
         ));
         for feature in self.ground.geometry() {
             let (digits, unit) = shown(&feature);
-            let text = |x: Option<f64>| x.map_or("–".into(), |x| format!("{x:.digits$}"));
+            let text = |x: Option<f64>| x.map_or("–".into(), |x| number(x, digits));
             lines.push(format!(
-                "{:<42}{:>12.digits$}{:>12}{:>12}{unit}",
+                "{:<42}{:>12}{:>12}{:>12}{unit}",
                 feature.name,
-                feature.wanted,
+                number(feature.wanted, digits),
                 text(feature.found),
                 text(feature.error())
             ));
@@ -285,10 +285,10 @@ impl<'a> DrillFigures<'a> {
                 let text = |x: Option<f64>| x.map_or("–".into(), |x| number(x, digits));
                 vec![
                     feature.name.into(),
-                    Cell::Number(format!("{} {unit}", number(feature.wanted, digits))),
-                    Cell::Number(format!("{} {unit}", text(feature.found))),
+                    Cell::Number(format!("{}{unit}", number(feature.wanted, digits))),
+                    Cell::Number(format!("{}{unit}", text(feature.found))),
                     Cell::Judged(
-                        format!("{} {unit}", text(feature.error())),
+                        format!("{}{unit}", text(feature.error())),
                         feature.is_good(),
                     ),
                 ]

@@ -133,7 +133,7 @@ impl Motors {
             "Largest values, rebuilt from the pulses, and limits",
             &[
                 "motor",
-                "rate over 16 gaps [1000 steps/s]",
+                "rate over 64 gaps [1000 steps/s]",
                 &speed,
                 &acceleration,
             ],

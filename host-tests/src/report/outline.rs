@@ -72,8 +72,8 @@ impl GroundDrill {
                 &self.shown_angle("chisel edge angle"),
             )
             .dimension(seen(-0.72 * r, r0), seen(-0.72 * r, -r0), &number(web, 3))
-            .text(seen(0.8 * r, -r0 - 0.07 * r), "lip 1")
-            .text(seen(-0.42 * r, r0 + 0.07 * r), "lip 2")
+            .text_right_of(seen(1.03 * r, -r0), "lip 1")
+            .text_left_of(seen(-1.03 * r, r0), "lip 2")
             .text(seen(0.42 * r, 0.5 * r), "flank 1")
             .text(seen(-0.42 * r, -0.5 * r), "flank 2")
             .svg()

@@ -4,6 +4,7 @@ pub mod calc;
 pub mod export;
 pub mod files;
 pub mod job;
+pub mod machine;
 pub mod plot;
 pub mod reference;
 pub mod report;

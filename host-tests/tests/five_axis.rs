@@ -379,18 +379,16 @@ fn both_solutions_lead_back_to_the_pose_on_every_machine() {
                 assert_eq!(found.number, number);
                 let (p_back, v_back) = reference_forward(&definition, &found.joints().0);
                 assert!(distance(p_back, p.to_array()) < 1e-9, "machine {i}");
-                assert!(angle_deg(v_back, v.to_array()) < 1e-9, "machine {i}");
+                let off = angle_deg(v_back, v.to_array()) - branches.gap.to_degrees();
+                assert!(off < 1e-9, "machine {i}: {off}");
                 let (p_own, v_own) = machine.forward(&found.joints()).unwrap();
                 assert!(
                     distance(p_own.to_array(), p.to_array()) < 1e-9,
                     "machine {i}"
                 );
-                assert!(
-                    angle_deg(v_own.to_array(), v.to_array()) < 1e-9,
-                    "machine {i}"
-                );
+                assert!(angle_deg(v_own.to_array(), v_back) < 1e-9, "machine {i}");
                 let pose = machine.pose(&found.joints()).unwrap();
-                assert!(distance(pose.rotation.a.to_array(), v.to_array()) < 1e-12);
+                assert!(distance(pose.rotation.a.to_array(), v_back) < 1e-12);
                 let n = pose.rotation.n;
                 assert!(
                     distance(
@@ -470,7 +468,6 @@ fn single_precision_keeps_the_errors_of_the_table() {
             let [x, y, z] = found.linear.map(f64::from);
             let [th1, th2] = found.rotary.map(|t| f64::from(t.angle));
             let (p_back, v_back) = reference_forward(&wide, &[x, y, z, th1, th2]);
-            if angle_deg(v_back, v.to_array()) > 5e-5 || distance(p_back, p.to_array())>1e-3 { println!("{i} {:?} dir {:.2e} tip {:.2e} s {} gap {} kinds {:?} {:?} joints {:?}", wide.class, angle_deg(v_back, v.to_array()), distance(p_back, p.to_array()), expected.s, found.gap, expected.kind, found.kind, found.joints()); }
             tip = tip.max(distance(p_back, p.to_array()));
             direction = direction.max(angle_deg(v_back, v.to_array()));
             if expected.s < 1e-3 {
@@ -581,7 +578,7 @@ fn bounds_hold_against_dense_sampling_on_every_machine() {
 fn followed_paths_keep_tip_and_axis_within_tolerance_on_every_machine() {
     let mut random = Random::new(6);
     let mut count = 0;
-    for i in 0..60 {
+    for i in 0..150 {
         let definition = random_machine(&mut random, i);
         let (p, v) = random_pose(&mut random);
         let to_p = p + random.vector() * 20.0;
@@ -808,7 +805,7 @@ fn a_change_of_solution_while_the_tip_moves_is_one_block_flagged_reconfigure() {
         .unwrap();
     let jump: Vec<_> = std::iter::from_fn(|| follower.next_block()).collect();
 
-    assert!(smooth.len() > 1 && smooth.iter().all(|b| !b.flags.reconfigure));
+    assert!(!smooth.is_empty() && smooth.iter().all(|b| !b.flags.reconfigure));
     assert_eq!(jump.len(), 1);
     assert!(jump[0].flags.reconfigure);
 }
@@ -1427,20 +1424,16 @@ fn random_machine(random: &mut Random, i: usize) -> Definition<f64> {
             v1: random.vector(),
             t0: random.vector() * 1000.0,
             w0: random.vector() * 1000.0,
-            rw: {
-                let n = unit(random.vector().to_array());
-                let a = unit(n.cross(random.vector()).to_array());
-                Rotation {
-                    n,
-                    s: a.cross(n),
-                    a,
-                }
+            rw: random.frame(),
+            linear: {
+                // Not quite at right angles, and left-handed as often as not.
+                let Rotation { n, s, a } = random.frame();
+                let sign = random.within(-1.0, 1.0).signum();
+                [n, s, a * sign].map(|axis| axis + random.vector() * 0.1)
             },
-            linear: [random.vector(), random.vector(), random.vector()],
             limits: [None; 5],
             ..base
         };
-        let [a, b, c] = definition.linear.map(|v| unit(v.to_array()));
         let sines = [
             unit(definition.n1.to_array())
                 .cross(unit(definition.n2.to_array()))
@@ -1452,7 +1445,7 @@ fn random_machine(random: &mut Random, i: usize) -> Definition<f64> {
                 .cross(unit(definition.v1.to_array()))
                 .norm(),
         ];
-        if a.cross(b).dot(c).abs() > 0.5 && sines.iter().all(|s| *s > 0.2) {
+        if sines.iter().all(|s| *s > 0.2) {
             return definition;
         }
     }
@@ -1533,7 +1526,17 @@ impl Random {
         lo + (hi - lo) * bits as f64 / (1u64 << 53) as f64
     }
 
-    /// In the cube of half edge 1, not near its centre.
+    fn frame(&mut self) -> Rotation<f64> {
+        let n = unit(self.vector().to_array());
+        let a = unit(n.cross(self.vector()).to_array());
+        Rotation {
+            n,
+            s: a.cross(n),
+            a,
+        }
+    }
+
+    /// In the unit ball, not near its centre.
     fn vector(&mut self) -> Vector<f64> {
         loop {
             let v = vector([

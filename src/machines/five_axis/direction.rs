@@ -17,8 +17,8 @@
 //! Source: Duan, Lin, Zheng, Sun 2014, eq. (4) for the equation; the closed form replaces their elimination.
 
 use super::travel::wrap;
-use super::{Class, Error};
-use crate::geometry::Vector;
+use super::{Class, Error, rounded};
+use crate::geometry::{Rotation, Vector};
 use crate::math::Real;
 
 /// Directions missing the reachable band by no more than this are taken as its border: 1e-3 deg [rad].
@@ -102,20 +102,21 @@ pub(super) struct Direction<R> {
 }
 
 impl<R: Real> Direction<R> {
-    /// `n1`, `n2`, `v1` unit vectors in the base frame; `to_work` turns a base vector into the work frame.
+    /// `n1`, `n2`, `v1` unit vectors in the base frame; `to_work` turns a base vector into the work frame. In f64 and
+    /// rounded once: in f32 the roundings of `d`, `sd` and `psi` would add up to half of what is allowed.
     pub fn new(
         class: Class,
-        n1: Vector<R>,
-        n2: Vector<R>,
-        v1: Vector<R>,
-        to_work: impl Fn(Vector<R>) -> Vector<R>,
+        n1: Vector<f64>,
+        n2: Vector<f64>,
+        v1: Vector<f64>,
+        to_work: Rotation<f64>,
     ) -> Result<Self, Error<R>> {
         let (m1, m2) = match class {
             Class::Head | Class::Mixed => (n1, n2),
             Class::Table => (n2, n1),
         };
         let across = m1.cross(m2);
-        let least = R::of(1e-3);
+        let least = 1e-3;
         let e2 = across.unit(least).ok_or(Error::ParallelAxes)?;
         let sin_rho2 = m2.cross(v1).norm();
         if sin_rho2 < least {
@@ -123,34 +124,30 @@ impl<R: Real> Direction<R> {
         }
         let (d, sd) = (m1.dot(m2), across.norm());
         let e1 = e2.cross(m1);
-        let f1 = (m1 - m2 * d) * (R::ONE / sd);
+        let f1 = (m1 - m2 * d) * (1.0 / sd);
         let a2 = v1.dot(m2);
-        let rho2 = sin_rho2.atan2(a2);
-        let delta = sd.atan2(d);
-        let lo = (rho2 - delta).abs();
-        let hi = R::PI - (R::PI - rho2 - delta).abs();
-        let snap = R::of(SNAP);
+        let rho2 = Real::atan2(sin_rho2, a2);
+        let delta = Real::atan2(sd, d);
+        let lo = Real::abs(rho2 - delta);
+        let hi = f64::PI - Real::abs(f64::PI - rho2 - delta);
+        let is_double = R::EPSILON < R::of(1e-10);
         Ok(Self {
-            m1: to_work(m1),
-            e1: to_work(e1),
-            e2: to_work(e2),
-            d,
-            sd,
-            a2,
-            c_plus: (v1 - m1).dot(m2),
-            c_minus: (v1 + m1).dot(m2),
-            psi: (-v1.dot(e2)).atan2(v1.dot(f1)),
-            lo,
-            hi,
-            has_pole: lo <= snap,
-            has_far_pole: R::PI - hi <= snap,
-            rho2: [a2.abs(), sin_rho2],
+            m1: rounded(to_work * m1),
+            e1: rounded(to_work * e1),
+            e2: rounded(to_work * e2),
+            d: R::of(d),
+            sd: R::of(sd),
+            a2: R::of(a2),
+            c_plus: R::of((v1 - m1).dot(m2)),
+            c_minus: R::of((v1 + m1).dot(m2)),
+            psi: R::of(Real::atan2(-v1.dot(e2), v1.dot(f1))),
+            lo: R::of(lo),
+            hi: R::of(hi),
+            has_pole: lo <= SNAP,
+            has_far_pole: f64::PI - hi <= SNAP,
+            rho2: [R::of(Real::abs(a2)), R::of(sin_rho2)],
             // S is the root of a difference that is good to one rounding.
-            one: if R::EPSILON > R::of(1e-10) {
-                R::of(1e-6)
-            } else {
-                R::of(1e-9)
-            },
+            one: R::of(if is_double { 1e-9 } else { 1e-6 }),
             class,
         })
     }

@@ -41,6 +41,8 @@ pub use window::{Layer, PathChoice};
 
 use crate::geometry::{Pose, Rotation, Vector};
 use crate::joints::Joints;
+use crate::kinematics::follow::ClPoint;
+use crate::kinematics::{self, Kinematics};
 use crate::math::Real;
 use direction::Direction;
 
@@ -161,20 +163,15 @@ pub fn direction<R: Real>(v: Vector<R>, field: &'static str) -> Result<Vector<R>
 }
 
 impl<R: Real> FiveAxis<R> {
-    /// Checks a definition, in the order NonFinite, BadDirection, BadAxis, ParallelAxes, ToolAlongAxis,
+    /// Checks a definition and computes its constants, in f64, in the order NonFinite, BadDirection, BadAxis, ParallelAxes, ToolAlongAxis,
     /// LinearAxesDependent, BadLimit.
     pub fn new(machine: &Definition<R>) -> Result<Self, Error<R>> {
-        let &Definition {
-            class,
-            q1,
-            q2,
-            t0,
-            w0,
-            ..
-        } = machine;
         check_finite(machine)?;
-        let axis = |v, field| direction(v, field).map_err(|_| Error::BadAxis { field });
-        let v1 = direction(machine.v1, "v1")?;
+        let class = machine.class;
+        let [q1, q2, t0, w0] = [machine.q1, machine.q2, machine.t0, machine.w0].map(exact);
+        let unit = |v, field| direction(exact(v), field);
+        let axis = |v, field| unit(v, field).map_err(|_| Error::BadAxis { field });
+        let v1 = unit(machine.v1, "v1").map_err(|_| Error::BadDirection { field: "v1" })?;
         let n1 = axis(machine.n1, "n1")?;
         let n2 = axis(machine.n2, "n2")?;
         let rw = proper(machine.rw).ok_or(Error::BadAxis { field: "rw" })?;
@@ -184,13 +181,12 @@ impl<R: Real> FiveAxis<R> {
             axis(ly, "linear")?,
             axis(lz, "linear")?,
         ];
-        let to_work = rw.transposed();
-        let direction = Direction::new(class, n1, n2, v1, |v| to_work * v)?;
+        let direction = Direction::new(class, n1, n2, v1, rw.transposed())?;
         let det = lx.dot(ly.cross(lz));
-        if det.abs() < R::of(1e-3) {
+        if Real::abs(det) < 1e-3 {
             return Err(Error::LinearAxesDependent);
         }
-        let inverse = [ly.cross(lz), lz.cross(lx), lx.cross(ly)].map(|row| row * (R::ONE / det));
+        let inverse = [ly.cross(lz), lz.cross(lx), lx.cross(ly)].map(|row| row * (1.0 / det));
 
         let [x, y, z, primary, secondary] = machine.limits;
         let travel = [
@@ -215,25 +211,29 @@ impl<R: Real> FiveAxis<R> {
         let tool = t0 - q2;
         Ok(Self {
             class,
-            n1,
-            n2,
-            q1,
-            q2,
-            v1,
-            t0,
-            w0,
-            rw,
-            linear,
-            inverse,
+            n1: rounded(n1),
+            n2: rounded(n2),
+            q1: machine.q1,
+            q2: machine.q2,
+            v1: rounded(v1),
+            t0: machine.t0,
+            w0: machine.w0,
+            rw: Rotation {
+                n: rounded(rw.n),
+                s: rounded(rw.s),
+                a: rounded(rw.a),
+            },
+            linear: linear.map(rounded),
+            inverse: inverse.map(rounded),
             direction,
             travel,
             weights: machine.weights,
             speeds: machine.speeds.map(Joints),
-            q21: q2 - q1,
-            tool,
-            work,
-            fixed,
-            tool_radius: n2.cross(tool).norm(),
+            q21: rounded(q2 - q1),
+            tool: rounded(tool),
+            work: rounded(work),
+            fixed: rounded(fixed),
+            tool_radius: R::of(n2.cross(tool).norm()),
             tie: R::of(1e-12).max(R::of(8.0) * R::EPSILON),
         })
     }
@@ -258,11 +258,16 @@ impl<R: Real> FiveAxis<R> {
         self.speeds.as_ref()
     }
 
-    /// Tip [mm] and unit tool axis in the work frame, of joints [mm, rad].
+    /// Tip [mm] and unit tool axis in the work frame, of joints [mm, rad]. Fails with NonFinite.
     pub fn forward(&self, q: &Joints<5, R>) -> Result<(Vector<R>, Vector<R>), Error<R>> {
-        if !q.is_finite() {
-            return Err(Error::NonFinite { field: "q" });
+        let (p, v) = self.tool_at(q);
+        match q.is_finite() && p.is_finite() && v.is_finite() {
+            true => Ok((p, v)),
+            false => Err(Error::NonFinite { field: "q" }),
         }
+    }
+
+    fn tool_at(&self, q: &Joints<5, R>) -> (Vector<R>, Vector<R>) {
         let Joints([x, y, z, primary, secondary]) = *q;
         let turn1 = Turn::of(self.n1, Turned::from_total(primary).angle);
         let turn2 = Turn::of(self.n2, Turned::from_total(secondary).angle);
@@ -283,17 +288,18 @@ impl<R: Real> FiveAxis<R> {
             }
         };
         let to_work = self.rw.transposed();
-        let (p, v) = (to_work * (tip - self.w0), to_work * axis);
-        match p.is_finite() && v.is_finite() {
-            true => Ok((p, v)),
-            false => Err(Error::NonFinite { field: "q" }),
-        }
+        (to_work * (tip - self.w0), to_work * axis)
     }
 
     /// The tool's pose in the work frame: its third column is the tool axis, its origin the tip. At home it is turned
-    /// from the base by the least rotation that takes z to `v1`.
+    /// from the base by the least rotation that takes z to `v1`. Fails with NonFinite.
     pub fn pose(&self, q: &Joints<5, R>) -> Result<Pose<R>, Error<R>> {
         let (p, _) = self.forward(q)?;
+        let rotation = self.rotation(q);
+        Ok(Pose { rotation, p })
+    }
+
+    fn rotation(&self, q: &Joints<5, R>) -> Rotation<R> {
         let Joints([_, _, _, primary, secondary]) = *q;
         let turn1 = Turn::of(self.n1, Turned::from_total(primary).angle);
         let turn2 = Turn::of(self.n2, Turned::from_total(secondary).angle);
@@ -307,14 +313,11 @@ impl<R: Real> FiveAxis<R> {
                 }
         };
         let home = least_rotation_to(self.v1);
-        Ok(Pose {
-            rotation: Rotation {
-                n: column(home.n),
-                s: column(home.s),
-                a: column(home.a),
-            },
-            p,
-        })
+        Rotation {
+            n: column(home.n),
+            s: column(home.s),
+            a: column(home.a),
+        }
     }
 
     /// All angles for the unit tool axis `v` (work frame); travel is not looked at. At a pole the free axis stays at
@@ -479,6 +482,34 @@ impl<R: Real> FiveAxis<R> {
     }
 }
 
+/// Only the tip and the tool axis (the third column) of a pose are asked for: five joints leave the turn about the
+/// tool open. Travel is looked at.
+impl<R: Real> Kinematics<5, R> for FiveAxis<R> {
+    fn forward(&self, joints: &Joints<5, R>) -> Pose<R> {
+        let (p, _) = self.tool_at(joints);
+        let rotation = self.rotation(joints);
+        Pose { rotation, p }
+    }
+
+    fn inverse(
+        &self,
+        pose: &Pose<R>,
+        near: &Joints<5, R>,
+    ) -> Result<Joints<5, R>, kinematics::Error> {
+        let at = ClPoint::new(pose.p, pose.rotation.a).ok_or(kinematics::Error::NotFinite)?;
+        if !near.is_finite() {
+            return Err(kinematics::Error::NotFinite);
+        }
+        let Joints([_, _, _, primary, secondary]) = *near;
+        let near = [primary, secondary].map(Turned::from_total);
+        match self.inverse(at.p(), at.v(), &near) {
+            Ok(solution) => Ok(solution.joints()),
+            Err(Error::NonFinite { .. }) => Err(kinematics::Error::NotFinite),
+            Err(_) => Err(kinematics::Error::OutOfReach),
+        }
+    }
+}
+
 /// A rotary pair within travel, with the solution's number and its cost [rad].
 #[derive(Clone, Copy, Debug)]
 struct Chosen<R> {
@@ -553,13 +584,22 @@ fn check_finite<R: Real>(m: &Definition<R>) -> Result<(), Error<R>> {
     }
 }
 
+fn exact<R: Real>(v: Vector<R>) -> Vector<f64> {
+    Vector::from_array(v.to_array().map(R::to_f64))
+}
+
+fn rounded<R: Real>(v: Vector<f64>) -> Vector<R> {
+    Vector::from_array(v.to_array().map(R::of))
+}
+
 /// `rotation` with its last digits put right; `None` unless it is one within 1e-4.
-fn proper<R: Real>(rotation: Rotation<R>) -> Option<Rotation<R>> {
-    let least = R::of(0.5);
-    let n = rotation.n.unit(least)?;
-    let s = (rotation.s - n * n.dot(rotation.s)).unit(least)?;
+fn proper<R: Real>(rotation: Rotation<R>) -> Option<Rotation<f64>> {
+    let least = 0.5;
+    let n = exact(rotation.n).unit(least)?;
+    let s = exact(rotation.s);
+    let s = (s - n * n.dot(s)).unit(least)?;
     let a = n.cross(s);
-    let is_near = |x: Vector<R>, y: Vector<R>| (x - y).norm() <= R::of(1e-4);
+    let is_near = |x: Vector<f64>, y: Vector<R>| (x - exact(y)).norm() <= 1e-4;
     (is_near(n, rotation.n) && is_near(s, rotation.s) && is_near(a, rotation.a))
         .then_some(Rotation { n, s, a })
 }

@@ -47,6 +47,57 @@ impl<R: Real> ClPoint<R> {
     }
 }
 
+/// The way between two CL points: the tip on the straight line, the tool axis on the great circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way<R> {
+    from: ClPoint<R>,
+    to: ClPoint<R>,
+    /// In the plane of both axes, at right angles to `from.v`; 0 when they are the same.
+    across: Vector<R>,
+    angle: R,
+    length: R,
+}
+
+impl<R: Real> Way<R> {
+    /// `None` when the axes are opposite: then no great circle is meant.
+    pub fn new(from: ClPoint<R>, to: ClPoint<R>) -> Option<Self> {
+        if (from.v + to.v).norm() < R::of(1e-6) {
+            return None;
+        }
+        let normal = from.v.cross(to.v);
+        let across = normal.cross(from.v).unit(R::EPSILON * R::EPSILON);
+        Some(Self {
+            from,
+            to,
+            across: across.unwrap_or(Vector::ZERO),
+            angle: normal.norm().atan2(from.v.dot(to.v)),
+            length: (to.p - from.p).norm(),
+        })
+    }
+
+    /// Between the tips [mm].
+    pub fn length(&self) -> R {
+        self.length
+    }
+
+    /// Between the tool axes [rad].
+    pub fn angle(&self) -> R {
+        self.angle
+    }
+
+    /// The CL point at `u`, 0 ..= 1; the end itself at 1.
+    pub fn at(&self, u: R) -> ClPoint<R> {
+        if u >= R::ONE {
+            return self.to;
+        }
+        let (sin, cos) = (self.angle * u).sin_cos();
+        ClPoint {
+            p: self.from.p + (self.to.p - self.from.p) * u,
+            v: self.from.v * cos + self.across * sin,
+        }
+    }
+}
+
 /// What a machine with `N` joints offers to be followed along CL points.
 pub trait Guide<const N: usize, R: Real> {
     /// A solved set of joints, with all that the bounds need.
@@ -153,14 +204,9 @@ pub struct Block<const N: usize, R, S> {
 /// The stretch being emitted.
 #[derive(Clone, Copy, Debug)]
 struct Stretch<R, S> {
-    from: ClPoint<R>,
-    to: ClPoint<R>,
+    way: Way<R>,
     /// Joints chosen for the end beforehand.
     end: Option<S>,
-    /// In the plane of both axes, at right angles to `from.v`; the angle between the axes [rad].
-    across: Vector<R>,
-    angle: R,
-    length: R,
     feed: Feed<R>,
     /// One block, whatever the bounds say.
     is_whole: bool,
@@ -289,29 +335,16 @@ where
         end: Option<M::Set>,
         feed: Feed<R>,
     ) -> Result<Stretch<R, M::Set>, Refusal<M::Error>> {
-        let from = self.target;
-        let length = (to.p - from.p).norm();
         let (Feed::Tip(amount) | Feed::Time(amount)) = feed;
+        let is_still = (to.p - self.target.p).norm() <= R::ZERO;
         let has_speeds = self.machine.speeds().is_some();
-        let needs_speeds = matches!(feed, Feed::Tip(_)) && length <= R::ZERO;
+        let needs_speeds = matches!(feed, Feed::Tip(_)) && is_still;
         if amount <= R::ZERO || !amount.is_finite() || (needs_speeds && !has_speeds) {
             return Err(Refusal::BadFeed);
         }
-        if (from.v + to.v).norm() < R::of(1e-6) {
-            return Err(Refusal::AntiParallel);
-        }
-        let normal = from.v.cross(to.v);
-        let angle = normal.norm().atan2(from.v.dot(to.v));
         Ok(Stretch {
-            from,
-            to,
+            way: Way::new(self.target, to).ok_or(Refusal::AntiParallel)?,
             end,
-            across: normal
-                .cross(from.v)
-                .unit(R::EPSILON)
-                .unwrap_or(Vector::ZERO),
-            angle,
-            length,
             feed,
             is_whole: !self.tolerance.subdivide,
             is_reconfigured: false,
@@ -361,7 +394,7 @@ where
     }
     loop {
         let end = done.saturating_add(parts);
-        let to = stretch.point(end);
+        let to = stretch.way.at(fraction(end));
         let solved = match stretch.end {
             Some(chosen) if end >= PARTS => Ok(chosen),
             _ => machine.solve(&to, set),
@@ -372,7 +405,7 @@ where
             why: Refusal::Machine(why),
         })?;
 
-        let length = stretch.length * fraction::<R>(parts);
+        let length = stretch.way.length * fraction::<R>(parts);
         let chord = (to.v - at.v).norm();
         let (tip, axis) = machine.bound(set, &next, length, chord);
         let is_within = tip <= tolerance.tip && axis.is_some_and(|axis| axis <= tolerance.axis);
@@ -418,7 +451,7 @@ where
 {
     let share = fraction::<R>(parts);
     let mut duration = match stretch.feed {
-        Feed::Tip(speed) => stretch.length * share / speed,
+        Feed::Tip(speed) => stretch.way.length * share / speed,
         Feed::Time(time) => time * share,
     };
     let mut limited_by = None;
@@ -433,21 +466,6 @@ where
         }
     }
     (duration, limited_by)
-}
-
-impl<R: Real, S> Stretch<R, S> {
-    /// The CL point at `part` / 4096.
-    fn point(&self, part: u16) -> ClPoint<R> {
-        if part >= PARTS {
-            return self.to;
-        }
-        let u = fraction::<R>(part);
-        let (sin, cos) = (self.angle * u).sin_cos();
-        ClPoint {
-            p: self.from.p + (self.to.p - self.from.p) * u,
-            v: self.from.v * cos + self.across * sin,
-        }
-    }
 }
 
 fn fraction<R: Real>(parts: u16) -> R {

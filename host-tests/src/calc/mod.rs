@@ -11,6 +11,7 @@
 //! the same. Memory is bounded by the input, not by the answers: each case is read, computed and written in turn.
 
 pub mod answer;
+mod five_axis;
 mod interp;
 pub mod request;
 pub mod schema;
@@ -24,7 +25,7 @@ use serde_json::value::RawValue;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Every topic: one line each.
-const TOPICS: &[&[Function]] = &[interp::FUNCTIONS];
+const TOPICS: &[&[Function]] = &[interp::FUNCTIONS, five_axis::FUNCTIONS];
 
 /// One calculator.
 pub struct Function {

@@ -429,7 +429,7 @@ impl<R: Real> FiveAxis<R> {
     }
 
     /// Weighted rotary change [rad].
-    fn cost(&self, from: &[Turned<R>; 2], to: &[Turned<R>; 2]) -> R {
+    pub fn cost(&self, from: &[Turned<R>; 2], to: &[Turned<R>; 2]) -> R {
         let ([w1, w2], [from1, from2], [to1, to2]) = (self.weights, from, to);
         w1 * to1.minus(*from1).abs() + w2 * to2.minus(*from2).abs()
     }

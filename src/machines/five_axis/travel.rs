@@ -18,7 +18,7 @@ impl<R: Real> Turned<R> {
     pub fn from_total(total: R) -> Self {
         let turns = ((total - R::PI) / R::TAU).ceil();
         Self {
-            turns: turns.to_f64() as i32,
+            turns: turns.to_i32(),
             angle: wrap(total - turns * R::TAU),
         }
     }
@@ -132,7 +132,7 @@ impl<R: Real> Travel<R> {
             ((self.least - angle) / R::TAU).ceil()
         };
         let found = Turned {
-            turns: turns.to_f64() as i32,
+            turns: turns.to_i32(),
             angle,
         };
         let total = found.total();
@@ -148,8 +148,8 @@ impl<R: Real> Travel<R> {
         most: i32,
     ) -> impl Iterator<Item = Turned<R>> + '_ {
         let (first, count) = if self.is_limited {
-            let lowest = ((self.least - angle) / R::TAU).ceil().to_f64() as i32;
-            let highest = ((self.most - angle) / R::TAU).floor().to_f64() as i32;
+            let lowest = ((self.least - angle) / R::TAU).ceil().to_i32();
+            let highest = ((self.most - angle) / R::TAU).floor().to_i32();
             let count = highest.saturating_sub(lowest).saturating_add(1).max(0);
             let middle = near.turns.saturating_sub(most / 2);
             let first = middle.clamp(lowest, highest.saturating_sub(most - 1).max(lowest));

@@ -17,86 +17,12 @@
 //!
 //! Source: sections 5 and 6 of the five-axis specification.
 
-use crate::geometry::Vector;
+use super::way::{ClPoint, Way};
 use crate::joints::Joints;
 use crate::math::Real;
 
 /// Parts of a stretch: depth 12.
 const PARTS: u16 = 1 << 12;
-
-/// A tool tip [mm] and a unit tool axis, tip -> spindle, in the work frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClPoint<R> {
-    p: Vector<R>,
-    v: Vector<R>,
-}
-
-impl<R: Real> ClPoint<R> {
-    /// `v` of any length from 1e-6 up. `None` when a number is not finite or `v` is shorter.
-    pub fn new(p: Vector<R>, v: Vector<R>) -> Option<Self> {
-        let v = v.unit(R::of(1e-6))?;
-        p.is_finite().then_some(Self { p, v })
-    }
-
-    pub fn p(&self) -> Vector<R> {
-        self.p
-    }
-
-    pub fn v(&self) -> Vector<R> {
-        self.v
-    }
-}
-
-/// The way between two CL points: the tip on the straight line, the tool axis on the great circle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way<R> {
-    from: ClPoint<R>,
-    to: ClPoint<R>,
-    /// In the plane of both axes, at right angles to `from.v`; 0 when they are the same.
-    across: Vector<R>,
-    angle: R,
-    length: R,
-}
-
-impl<R: Real> Way<R> {
-    /// `None` when the axes are opposite: then no great circle is meant.
-    pub fn new(from: ClPoint<R>, to: ClPoint<R>) -> Option<Self> {
-        if (from.v + to.v).norm() < R::of(1e-6) {
-            return None;
-        }
-        let normal = from.v.cross(to.v);
-        let across = normal.cross(from.v).unit(R::EPSILON * R::EPSILON);
-        Some(Self {
-            from,
-            to,
-            across: across.unwrap_or(Vector::ZERO),
-            angle: normal.norm().atan2(from.v.dot(to.v)),
-            length: (to.p - from.p).norm(),
-        })
-    }
-
-    /// Between the tips [mm].
-    pub fn length(&self) -> R {
-        self.length
-    }
-
-    /// Between the tool axes [rad].
-    pub fn angle(&self) -> R {
-        self.angle
-    }
-
-    /// The CL point at `u`, 0 ..= 1; the end itself at 1.
-    pub fn at(&self, u: R) -> ClPoint<R> {
-        if u >= R::ONE {
-            return self.to;
-        }
-        let (sin, cos) = (self.angle * u).sin_cos();
-        ClPoint {
-            p: self.from.p + (self.to.p - self.from.p) * u,
-            v: self.from.v * cos + self.across * sin,
-        }
-    }
-}
 
 /// What a machine with `N` joints offers to be followed along CL points.
 pub trait Guide<const N: usize, R: Real> {
@@ -336,7 +262,7 @@ where
         feed: Feed<R>,
     ) -> Result<Stretch<R, M::Set>, Refusal<M::Error>> {
         let (Feed::Tip(amount) | Feed::Time(amount)) = feed;
-        let is_still = (to.p - self.target.p).norm() <= R::ZERO;
+        let is_still = (to.p() - self.target.p()).norm() <= R::ZERO;
         let has_speeds = self.machine.speeds().is_some();
         let needs_speeds = matches!(feed, Feed::Tip(_)) && is_still;
         if amount <= R::ZERO || !amount.is_finite() || (needs_speeds && !has_speeds) {
@@ -405,8 +331,8 @@ where
             why: Refusal::Machine(why),
         })?;
 
-        let length = stretch.way.length * fraction::<R>(parts);
-        let chord = (to.v - at.v).norm();
+        let length = stretch.way.length() * fraction::<R>(parts);
+        let chord = (to.v() - at.v()).norm();
         let (tip, axis) = machine.bound(set, &next, length, chord);
         let is_within = tip <= tolerance.tip && axis.is_some_and(|axis| axis <= tolerance.axis);
         if !is_within && !stretch.is_whole && parts > 1 {
@@ -420,7 +346,7 @@ where
         let flags = Flags {
             singular: machine.is_singular(&next),
             // While the tool is retracted no bound is meant, unless every block is to be judged.
-            coarse: !is_within && !(stretch.is_reconfigured && tolerance.subdivide),
+            coarse: !(is_within || stretch.is_reconfigured && tolerance.subdivide),
             reconfigure: is_reconfigured,
         };
         stretch.done = end;
@@ -451,7 +377,7 @@ where
 {
     let share = fraction::<R>(parts);
     let mut duration = match stretch.feed {
-        Feed::Tip(speed) => stretch.way.length * share / speed,
+        Feed::Tip(speed) => stretch.way.length() * share / speed,
         Feed::Time(time) => time * share,
     };
     let mut limited_by = None;

@@ -5,6 +5,9 @@
 //! whose turning joints are within half a turn of `near`, and where a joint is free (a singular pose) it stays put.
 
 pub mod follow;
+pub mod way;
+
+pub use way::{ClPoint, Way};
 
 use crate::geometry::Pose;
 use crate::joints::Joints;

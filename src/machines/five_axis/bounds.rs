@@ -16,7 +16,8 @@
 use super::{Class, Error, FiveAxis, Kind, SING, Solution};
 use crate::geometry::Vector;
 use crate::joints::Joints;
-use crate::kinematics::follow::{ClPoint, Guide};
+use crate::kinematics::ClPoint;
+use crate::kinematics::follow::Guide;
 use crate::math::Real;
 
 /// Largest errors between two poses.

@@ -16,8 +16,9 @@
 //! Cost: two square roots and three arctangents for both solutions.
 //! Source: Duan, Lin, Zheng, Sun 2014, eq. (4) for the equation; the closed form replaces their elimination.
 
+use super::definition::rounded;
 use super::travel::wrap;
-use super::{Class, Error, rounded};
+use super::{Class, Error};
 use crate::geometry::{Rotation, Vector};
 use crate::math::Real;
 

@@ -14,7 +14,7 @@
 //! the state before is always the best, since a whole turn more or less changes nothing afterwards. At a pole the
 //! free axis stays where the state before had it, at no cost.
 
-use super::travel::Turned;
+use super::travel::{Travel, Turned};
 use super::{Branches, Chosen, Error, FiveAxis, Kind, Solution};
 use crate::geometry::Vector;
 use crate::math::Real;
@@ -272,14 +272,15 @@ impl<'a, R: Real, const S: usize> PathChoice<'a, R, S> {
     /// Whether two chains that end so have the same future.
     fn is_same(&self, free: Option<usize>, a: &End<R>, b: &End<R>) -> bool {
         let [_, _, _, travel1, travel2] = &self.machine.travel;
-        let axes = a.rotary.iter().zip(&b.rotary).zip([travel1, travel2]);
-        let is_axis_same = |(axis, ((a, b), travel)): (usize, ((&Turned<R>, &Turned<R>), _))| {
-            let travel: &super::Travel<R> = travel;
+        let is_axis_same = |axis, travel: &Travel<R>, a: Turned<R>, b: Turned<R>| {
             let are_turns_same = !travel.is_limited() || a.turns == b.turns;
             let is_held = free == Some(axis);
             are_turns_same && (!is_held || (a.angle - b.angle).abs() <= self.machine.tie)
         };
-        a.mark.number == b.mark.number && axes.enumerate().all(is_axis_same)
+        let ([a1, a2], [b1, b2]) = (a.rotary, b.rotary);
+        a.mark.number == b.mark.number
+            && is_axis_same(0, travel1, a1, b1)
+            && is_axis_same(1, travel2, a2, b2)
     }
 
     /// Rebuilds the angles of a state of the oldest layer from the point committed before it.
@@ -293,7 +294,7 @@ impl<'a, R: Real, const S: usize> PathChoice<'a, R, S> {
         };
         let [angle1, angle2] = *angles?;
         let free = (branches.kind == Kind::Infinite).then(|| self.machine.direction.free());
-        let axis = |axis, travel: &super::Travel<R>, before, turns, angle| {
+        let axis = |axis, travel: &Travel<R>, before, turns, angle| {
             if free == Some(axis) {
                 Some(travel.clamp(before))
             } else if travel.is_limited() {

@@ -3,7 +3,7 @@
 use super::{Fault, Request, answer, request, schema};
 use hexstep::geometry::{Rotation, Vector};
 use hexstep::joints::Joints;
-use hexstep::kinematics::follow::ClPoint;
+use hexstep::kinematics::ClPoint;
 use hexstep::machines::five_axis::{self, Class, Definition, Error, FiveAxis, Turned, preset};
 use hexstep::math::Real;
 use serde_json::{Map, Value};

@@ -4,9 +4,8 @@ use super::machine::{cl_point, fault, machine, outer, previous};
 use super::pose::angle;
 use super::{Answer, Fault, Request, answer, request};
 use hexstep::joints::Joints;
-use hexstep::kinematics::follow::{
-    Block, ClPoint, Feed, Flags, Follower, Guide, Refusal, Tolerance, Way,
-};
+use hexstep::kinematics::follow::{Block, Feed, Flags, Follower, Guide, Refusal, Tolerance};
+use hexstep::kinematics::{ClPoint, Way};
 use hexstep::machines::five_axis::{Axis, Error, FiveAxis, Layer, PathChoice, Solution, Turned};
 use hexstep::math::Real;
 use serde_json::{Value, json};
@@ -172,7 +171,7 @@ fn choose<R: Real>(
     let mut chosen: Vec<Solution<R>> = Vec::with_capacity(cl.len());
     let commit = |choice: &mut PathChoice<R, STATES>, chosen: &mut Vec<Solution<R>>| {
         let Some(committed) = choice.pop() else {
-            return Ok(false);
+            return Ok::<_, Fault>(false);
         };
         chosen.push(committed.map_err(|e| fault(&e).with("index", chosen.len()))?);
         Ok(true)

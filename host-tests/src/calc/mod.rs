@@ -12,6 +12,7 @@
 
 pub mod answer;
 mod drill;
+mod five_axis;
 mod interp;
 pub mod request;
 pub mod schema;
@@ -25,7 +26,7 @@ use serde_json::value::RawValue;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Every topic: one line each.
-const TOPICS: &[&[Function]] = &[interp::FUNCTIONS, drill::FUNCTIONS];
+const TOPICS: &[&[Function]] = &[interp::FUNCTIONS, drill::FUNCTIONS, five_axis::FUNCTIONS];
 
 /// One calculator.
 pub struct Function {

@@ -21,4 +21,6 @@
 
 pub mod geometry;
 pub mod joints;
+pub mod kinematics;
+pub mod machines;
 pub mod math;

@@ -4,8 +4,10 @@
 
 pub mod pose;
 pub mod rotation;
+pub mod twist;
 pub mod vector;
 
 pub use pose::Pose;
 pub use rotation::Rotation;
+pub use twist::Twist;
 pub use vector::Vector;

@@ -1,0 +1,4 @@
+//! Pose <-> Joints: what every machine shares.
+
+pub mod chain;
+pub mod inverse;

@@ -90,6 +90,11 @@ impl<R: Real> Joint<R> {
         Ok(Self::of_twist(carries, Motion::Linear, twist))
     }
 
+    /// A joint that never moves: it fills a list to its length.
+    pub fn held(carries: Carries) -> Self {
+        Self::of_twist(carries, Motion::Held, Twist::ZERO)
+    }
+
     /// A turning joint of a built-in machine, whose axis is a unit vector by construction.
     pub(crate) fn about(carries: Carries, axis: Vector<R>, point: Vector<R>) -> Self {
         let twist = Twist {

@@ -11,7 +11,11 @@
 //! the same. Memory is bounded by the input, not by the answers: each case is read, computed and written in turn.
 
 pub mod answer;
+mod arm;
+mod chain;
 mod interp;
+mod machine;
+mod mirror;
 pub mod request;
 pub mod schema;
 
@@ -24,7 +28,12 @@ use serde_json::value::RawValue;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Every topic: one line each.
-const TOPICS: &[&[Function]] = &[interp::FUNCTIONS];
+const TOPICS: &[&[Function]] = &[
+    interp::FUNCTIONS,
+    arm::FUNCTIONS,
+    chain::FUNCTIONS,
+    mirror::FUNCTIONS,
+];
 
 /// One calculator.
 pub struct Function {

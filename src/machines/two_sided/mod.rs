@@ -31,7 +31,7 @@ pub use side::{Side, SideError, SideSolution, SideSolutions};
 use crate::geometry::twist::LEAST_DIRECTION;
 use crate::geometry::{Pose, Vector};
 use crate::joints::Joints;
-use crate::kinematics::chain::{Carries, Chain, Joint, Motion};
+use crate::kinematics::chain::{Carries, Chain, Joint, Motion, Series};
 use crate::math::Real;
 
 /// Which side failed, and why.
@@ -186,11 +186,8 @@ impl<const N1: usize, const N2: usize, R: Real> Pair<N1, N2, R> {
 
     /// Both tips and axes in the work frame of side 1.
     pub fn forward(&self, q1: &Joints<N1, R>, q2: &Joints<N2, R>) -> Tips<R> {
-        let mill = self.mill.chain().series();
-        let (p_t, o_t) = mill.tip(&q1.0);
-        let (p_h, o_h) = self.support_chain.series().tip_in_bed(&q2.0);
-        let (p_h, o_h) = mill.to_work(p_h, o_h, &q1.0);
-        Tips { p_t, o_t, p_h, o_h }
+        let support = self.support_chain.series();
+        tips(&self.mill.chain().series(), &q1.0, &support, &q2.0)
     }
 
     /// Joints of both sides for the support point `p` [mm], the normal `n` (any length from 1e-6, from support to mill)
@@ -252,6 +249,14 @@ impl<const N1: usize, const N2: usize, R: Real> Pair<N1, N2, R> {
             self.support.inverse(p, o, &q2)
         }
     }
+}
+
+/// Both tips and axes of any two chains in the work frame of the first, at the joints `q1` and `q2`.
+pub fn tips<R: Real>(mill: &Series<'_, R>, q1: &[R], support: &Series<'_, R>, q2: &[R]) -> Tips<R> {
+    let (p_t, o_t) = mill.tip(q1);
+    let (p_h, o_h) = support.tip_in_bed(q2);
+    let (p_h, o_h) = mill.to_work(p_h, o_h, q1);
+    Tips { p_t, o_t, p_h, o_h }
 }
 
 fn same_screw<R: Real>(a: &Joint<R>, b: &Joint<R>) -> bool {

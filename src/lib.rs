@@ -19,6 +19,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod cycles;
 pub mod geometry;
 pub mod joints;
 pub mod kinematics;

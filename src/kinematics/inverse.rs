@@ -15,6 +15,7 @@
 //! The method is Levenberg and Marquardt's; the Jacobian is that of `kinematics::chain`.
 
 use super::chain::{Chain, ChainError, Series, check_pose};
+use super::{Error, Kinematics};
 use crate::geometry::{Pose, Rotation, Twist, Vector};
 use crate::joints::Joints;
 use crate::math::Real;
@@ -117,6 +118,21 @@ impl<const N: usize, R: Real> Chain<N, R> {
         ) {
             Ok(report) => Ok(Answer { q, report }),
             Err(why) => Err(Refused { nearest: q, why }),
+        }
+    }
+}
+
+/// Six conditions, at the default tolerance.
+impl<const N: usize, R: Real> Kinematics<N, R> for Chain<N, R> {
+    fn forward(&self, joints: &Joints<N, R>) -> Pose<R> {
+        Chain::forward(self, joints)
+    }
+
+    fn inverse(&self, pose: &Pose<R>, near: &Joints<N, R>) -> Result<Joints<N, R>, Error> {
+        match Chain::inverse(self, &Target::Pose(*pose), near, &Tolerance::default()) {
+            Ok(answer) => Ok(answer.q),
+            Err(refused) if refused.why == Failure::NonFinite => Err(Error::NotFinite),
+            Err(_) => Err(Error::OutOfReach),
         }
     }
 }

@@ -1,4 +1,8 @@
-//! The machines, one file (or folder) each: a table of axes, a sketch, and a closed-form inverse where one exists.
+//! Machines: what their axes are, where their zero is, and their closed-form kinematics. One file or folder each.
 
 pub mod arm;
+pub mod drill_grinder;
 pub mod two_sided;
+
+pub use arm::Arm;
+pub use drill_grinder::DrillGrinder;

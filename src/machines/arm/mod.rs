@@ -24,6 +24,7 @@
 use crate::geometry::{Pose, Rotation, Vector};
 use crate::joints::Joints;
 use crate::kinematics::chain::check_pose;
+use crate::kinematics::{Error, Kinematics, nearest_turn, principal};
 use crate::math::Real;
 
 mod stretch;
@@ -328,12 +329,12 @@ impl<R: Real> Arm<R> {
         let front = if rho < R::of(1e-6) {
             // On axis 1 every direction serves: both shoulders keep the previous one.
             let (s, c) = previous[0].sin_cos();
-            let theta = wrap(previous[0]);
+            let theta = principal(previous[0]);
             [(theta, c, s), (theta, c, s)]
         } else {
             let theta = wrist.y.atan2(wrist.x);
             let (c, s) = (wrist.x / rho, wrist.y / rho);
-            [(theta, c, s), (wrap(theta + R::PI), -c, -s)]
+            [(theta, c, s), (principal(theta + R::PI), -c, -s)]
         };
         for ((back, (theta1, c1, s1)), reach) in (0..).step_by(4).zip(front).zip([rho, -rho]) {
             let x = reach - self.lengths.a1;
@@ -351,7 +352,7 @@ impl<R: Real> Arm<R> {
             for (elbow, sin_beta, beta) in [(0, sin_beta, beta), (2, -sin_beta, -beta)] {
                 let (c2, s2) = self.upper_arm(x, y, cos_beta, sin_beta);
                 let theta2 = self.fit(1, s2.atan2(c2), previous[1]);
-                let theta3 = self.fit(2, wrap(beta - self.phi), previous[2]);
+                let theta3 = self.fit(2, principal(beta - self.phi), previous[2]);
                 // e^(i theta3) = e^(i (beta - phi)), then theta2 added by another product.
                 let c3 = cos_beta * self.cos_phi + sin_beta * self.sin_phi;
                 let s3 = sin_beta * self.cos_phi - cos_beta * self.sin_phi;
@@ -385,6 +386,18 @@ impl<R: Real> Arm<R> {
         } else {
             Ok(branches)
         }
+    }
+
+    /// The number of the branch that the arm stands in at the angles `q` [rad].
+    pub fn branch_of(&self, q: &Joints<6, R>) -> u8 {
+        let Joints([_, q2, q3, _, q5, _]) = *q;
+        let Lengths { a1, a2, a3, d4, .. } = self.lengths;
+        let (s23, c23) = (q2 + q3).sin_cos();
+        let reach = a1 + a2 * q2.cos() + a3 * c23 - d4 * s23;
+        let is = |number, holds| if holds { number } else { 0 };
+        is(4, reach < R::ZERO)
+            + is(2, principal(q3 + self.phi) < R::ZERO)
+            + is(1, principal(q5) < R::ZERO)
     }
 
     /// Cosine and sine of theta2: (X + iY) / (a2 + L3 e^(i beta)), a quotient of two numbers of equal length.
@@ -426,20 +439,6 @@ fn fit_turns<R: Real>(angle: R, previous: R, lo: R, hi: R) -> (R, bool) {
     }
     let turns = ((previous - angle) / R::TAU).round().clamp(least, most);
     (angle + turns * R::TAU, true)
-}
-
-/// To (-pi, pi], from within a turn of it.
-fn wrap<R: Real>(mut angle: R) -> R {
-    if angle.abs() > R::of(9.0) {
-        angle -= (angle / R::TAU).round() * R::TAU;
-    }
-    if angle > R::PI {
-        angle - R::TAU
-    } else if angle <= -R::PI {
-        angle + R::TAU
-    } else {
-        angle
-    }
 }
 
 /// Axes of frame 3 in the base, in the form that separates the shoulder from the elbow.
@@ -499,7 +498,7 @@ impl<R: Real> Wrist<R> {
         if sine < least {
             // Axes 4 and 6 in line: both ways keep the previous theta4, and theta6 takes the rest.
             let (s4, c4) = previous.sin_cos();
-            let theta4 = wrap(previous);
+            let theta4 = principal(previous);
             let theta6 = six(c4, s4);
             return Self {
                 up: [theta4, theta5, theta6],
@@ -511,7 +510,11 @@ impl<R: Real> Wrist<R> {
         let theta6 = six(-m02 / sine, -m12 / sine);
         Self {
             up: [theta4, theta5, theta6],
-            flipped: [wrap(theta4 + R::PI), -theta5, wrap(theta6 + R::PI)],
+            flipped: [
+                principal(theta4 + R::PI),
+                -theta5,
+                principal(theta6 + R::PI),
+            ],
             sine,
         }
     }
@@ -526,3 +529,24 @@ const ER3B_DEGREES: [[f64; 2]; 6] = [
     [-132.0, 132.0],
     [-720.0, 720.0],
 ];
+
+/// Poses of the flange; the branch of the joints before is kept, ranges are not looked at.
+impl<R: Real> Kinematics<6, R> for Arm<R> {
+    fn forward(&self, joints: &Joints<6, R>) -> Pose<R> {
+        Arm::forward(self, joints)
+    }
+
+    fn inverse(&self, pose: &Pose<R>, near: &Joints<6, R>) -> Result<Joints<6, R>, Error> {
+        if !near.is_finite() {
+            return Err(Error::NotFinite);
+        }
+        let found = Arm::inverse(self, pose, Some(near)).map_err(|error| match error {
+            ArmError::BadPose => Error::NotFinite,
+            _ => Error::OutOfReach,
+        })?;
+        let solution = found
+            .branch(self.branch_of(near))
+            .ok_or(Error::OutOfReach)?;
+        Ok(solution.q.zip_map(near, |q, near| nearest_turn(q, near)))
+    }
+}

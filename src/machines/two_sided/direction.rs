@@ -19,6 +19,7 @@
 //! Sources: specification of five-axis machines, section 2 (two rotaries); of mirror milling, section 4.
 
 use crate::geometry::Vector;
+use crate::kinematics::principal;
 use crate::math::Real;
 
 /// Directions this near to the reachable band count as reached: 1e-3 deg.
@@ -119,11 +120,11 @@ impl<R: Real> OneRotary<R> {
         let across = v - self.w * along;
         let sine = across.norm();
         let (kind, phi) = if sine < R::of(1e-6) {
-            (Kind::Infinite, wrap(held))
+            (Kind::Infinite, principal(held))
         } else {
             // w.(u' x v') is v' on w x u'.
             let phi = self.ahead.dot(across).atan2(self.across.dot(across));
-            (Kind::One, wrap(phi))
+            (Kind::One, principal(phi))
         };
         Direction {
             kind,
@@ -217,7 +218,7 @@ impl<R: Real> TwoRotaries<R> {
                 kind: Kind::Infinite,
                 gap,
                 s: Some(R::ZERO),
-                first: [wrap(held), wrap(half - self.psi)],
+                first: [principal(held), principal(half - self.psi)],
                 second: None,
             };
         }
@@ -234,8 +235,8 @@ impl<R: Real> TwoRotaries<R> {
             kind: if one { Kind::One } else { Kind::Two },
             gap,
             s: Some(s),
-            first: [wrap(az - g1), wrap(-g2 - self.psi)],
-            second: (!one).then(|| [wrap(az + g1), wrap(g2 - self.psi)]),
+            first: [principal(az - g1), principal(-g2 - self.psi)],
+            second: (!one).then(|| [principal(az + g1), principal(g2 - self.psi)]),
         }
     }
 
@@ -264,22 +265,8 @@ impl<R: Real> TwoRotaries<R> {
             kind: Kind::None,
             gap,
             s: Some(R::ZERO),
-            first: [wrap(phi1), wrap(-g2 - self.psi)],
+            first: [principal(phi1), principal(-g2 - self.psi)],
             second: None,
         }
-    }
-}
-
-/// To (-pi, pi].
-pub(super) fn wrap<R: Real>(mut angle: R) -> R {
-    if angle.abs() > R::of(9.0) {
-        angle -= (angle / R::TAU).round() * R::TAU;
-    }
-    if angle > R::PI {
-        angle - R::TAU
-    } else if angle <= -R::PI {
-        angle + R::TAU
-    } else {
-        angle
     }
 }

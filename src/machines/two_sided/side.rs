@@ -12,11 +12,12 @@
 //!
 //! Source: specification of mirror milling, section 4.
 
-use super::direction::{AxesError, Direction, Heading, Kind, OneRotary, SNAP, TwoRotaries, wrap};
-use crate::geometry::Vector;
+use super::direction::{AxesError, Direction, Heading, Kind, OneRotary, SNAP, TwoRotaries};
 use crate::geometry::twist::LEAST_DIRECTION;
+use crate::geometry::{Pose, Vector};
 use crate::joints::Joints;
 use crate::kinematics::chain::{Carries, Chain, Joint, Motion};
+use crate::kinematics::{Error, Kinematics, principal};
 use crate::math::Real;
 
 /// Least |det M| of the three linear directions.
@@ -272,7 +273,7 @@ impl<const N: usize, R: Real> Side<N, R> {
                 && let Some(q) = q.0.get_mut(*index)
             {
                 // -pi, which the sign makes of pi, is the same place.
-                *q = wrap(phi * *sense);
+                *q = principal(phi * *sense);
             }
         }
         q
@@ -424,6 +425,23 @@ impl<const N: usize, R> From<AxesError> for SideError<N, R> {
         match error {
             AxesError::ParallelAxes => Self::ParallelAxes,
             AxesError::ToolAlongAxis => Self::ToolAlongAxis,
+        }
+    }
+}
+
+/// Poses are those of the tool frame in this side's work frame; of the orientation only the tool axis counts.
+impl<const N: usize, R: Real> Kinematics<N, R> for Side<N, R> {
+    fn forward(&self, joints: &Joints<N, R>) -> Pose<R> {
+        self.chain.forward(joints)
+    }
+
+    fn inverse(&self, pose: &Pose<R>, near: &Joints<N, R>) -> Result<Joints<N, R>, Error> {
+        let series = self.chain.series();
+        let (p, o) = (pose.apply(series.tip), pose.rotation * series.axis);
+        match Side::inverse(self, p, o, near) {
+            Ok(solution) => Ok(solution.q),
+            Err(SideError::NonFinite) => Err(Error::NotFinite),
+            Err(_) => Err(Error::OutOfReach),
         }
     }
 }

@@ -153,34 +153,41 @@ pub struct TwoRotaries<R> {
 }
 
 impl<R: Real> TwoRotaries<R> {
-    /// Unit vectors: the axis next to the work, the axis next to the tool, the tool axis, all at home.
+    /// Unit vectors: the axis next to the work, the axis next to the tool, the tool axis, all at home. Computed in f64
+    /// and rounded once: in f32 the roundings of the constants alone would use up half of what is allowed.
     pub fn new(m1: Vector<R>, m2: Vector<R>, u: Vector<R>) -> Result<Self, AxesError> {
+        let fine = |v: Vector<R>| {
+            let v = Vector::new(v.x.to_f64(), v.y.to_f64(), v.z.to_f64());
+            v.unit(LEAST_SINE).unwrap_or(v)
+        };
+        let rounded = |v: Vector<f64>| Vector::new(R::of(v.x), R::of(v.y), R::of(v.z));
+        let (m1, m2, u) = (fine(m1), fine(m2), fine(u));
         let cross = m1.cross(m2);
         let sd = cross.norm();
-        if sd < R::of(LEAST_SINE) {
+        if sd < LEAST_SINE {
             return Err(AxesError::ParallelAxes);
         }
-        if m2.cross(u).norm() < R::of(LEAST_SINE) {
+        if m2.cross(u).norm() < LEAST_SINE {
             return Err(AxesError::ToolAlongAxis);
         }
-        let e2 = cross * (R::ONE / sd);
+        let e2 = cross * (1.0 / sd);
         let e1 = e2.cross(m1);
         // (m1 - d m2)/sd, as the third side of the right-handed triple: no difference of near-equal vectors.
         let f1 = m2.cross(e2);
         let (tilt, delta) = (u.angle_to(m2), m1.angle_to(m2));
         Ok(Self {
-            m1,
-            e1,
-            e2,
-            d: m1.dot(m2),
-            sd,
-            a2: u.dot(m2),
+            m1: rounded(m1),
+            e1: rounded(e1),
+            e2: rounded(e2),
+            d: R::of(m1.dot(m2)),
+            sd: R::of(sd),
+            a2: R::of(u.dot(m2)),
             // A2 -+ d: the vectors are subtracted first, which is exact when they are close.
-            c_plus: (u - m1).dot(m2),
-            c_minus: (u + m1).dot(m2),
-            psi: (-u.dot(e2)).atan2(u.dot(f1)),
-            lo: (tilt - delta).abs(),
-            hi: R::PI - (R::PI - tilt - delta).abs(),
+            c_plus: R::of((u - m1).dot(m2)),
+            c_minus: R::of((u + m1).dot(m2)),
+            psi: R::of(Real::atan2(-u.dot(e2), u.dot(f1))),
+            lo: R::of(Real::abs(tilt - delta)),
+            hi: R::of(f64::PI - Real::abs(f64::PI - tilt - delta)),
         })
     }
 

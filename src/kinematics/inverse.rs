@@ -6,9 +6,8 @@
 //! dq = J^T (J J^T + mu I)^-1 e                            a 6 x 6 system, however many joints
 //! ```
 //!
-//! `mu` is proportional to `|e|^2`: far away and near a singular pose the step is short and safe, close to the answer it
-//! is Newton's and the error is squared at each step. A trial that does not lessen the error is not taken, and raises
-//! `mu`. A redundant machine gets the step of least norm; one with too few joints comes as near as it can, and the
+//! A step that lessens the error well divides `mu` by twenty, so that close to the answer the step is Newton's; a trial
+//! that does not lessen the error is not taken, and raises `mu` until the step is short and safe. A redundant machine gets the step of least norm; one with too few joints comes as near as it can, and the
 //! answer counts only when both tolerances hold. With five conditions (tip and axis) the turn about the tool axis is
 //! left free: its row is replaced by the identity.
 //!
@@ -153,8 +152,9 @@ pub fn solve<R: Real>(
         return Err(Failure::NonFinite);
     }
     let length = R::of(LENGTH);
-    // Five hundred mm or two radians away mu is some hundredths: nearly Newton; a step that fails raises it.
+    // Nearly Newton's step from the start; what fails raises it, ever faster.
     let mut damping = R::of(1e-3);
+    let mut raise = R::of(4.0);
     let mut state = wanted.error(series, q);
     series.jacobian(q, columns);
     let mut iterations = 0;
@@ -163,7 +163,7 @@ pub fn solve<R: Real>(
         let step = Step::new(
             columns.iter().take(q.len()),
             &state,
-            damping * state.cost(),
+            damping,
             wanted.is_axis(),
         );
         // No joint turns by more than a radian (or slides by more than its share of it) in one step.
@@ -183,15 +183,24 @@ pub fn solve<R: Real>(
             *to = *from + dq * shorten;
         }
         let after = wanted.error(series, trial);
-        if after.cost() < state.cost() {
+        let gain = after.cost() / state.cost();
+        if gain < R::ONE {
             for (to, from) in q.iter_mut().zip(trial.iter()) {
                 *to = *from;
             }
             state = after;
             series.jacobian(q, columns);
-            damping = (damping * R::of(0.25)).max(R::of(1e-6));
+            raise = R::of(4.0);
+            damping *= if gain < R::of(0.25) {
+                R::of(0.05)
+            } else if gain < R::of(0.9) {
+                R::HALF
+            } else {
+                R::TWO
+            };
         } else {
-            damping *= R::of(8.0);
+            damping = damping.max(R::EPSILON) * raise;
+            raise *= R::TWO;
         }
     }
     let report = Report {

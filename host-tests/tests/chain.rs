@@ -245,19 +245,13 @@ fn the_arm_as_six_screws_is_the_arm() {
 fn newton_reaches_every_pose_of_the_arm_from_a_tenth_of_a_radian_away() {
     let chain = er3b_as_screws();
     let mut random = Random(6);
-    let (mut iterations, mut most, mut refused) = (0, 0, 0);
+    let (mut iterations, mut most) = (0, 0);
     for _ in 0..2_000 {
         let q: Joints<6, f64> = Joints(std::array::from_fn(|_| random.between(-2.5, 2.5)));
         let near = Joints(q.0.map(|x| x + random.between(-0.1, 0.1)));
         let pose = chain.forward(&q);
 
         let found = Chain::inverse(&chain, &Target::Pose(pose), &near, &Tolerance::default());
-        let beta = q[2] + f64::atan2(299.0, 70.0);
-        if beta.sin().abs() < 1e-3 && q[4].sin().abs() < 1e-3 {
-            // Stretched and in line at once: two valleys meet, and 50 steps may not be enough. Right or refused.
-            refused += usize::from(found.is_err());
-            continue;
-        }
         let answer =
             found.unwrap_or_else(|refused| panic!("seed 6: {q:?} from {near:?}: {refused:?}"));
 
@@ -306,7 +300,7 @@ fn newton_never_answers_wrongly_from_anywhere() {
         }
     }
     println!(
-        "from anywhere: {found} reached, {refused} refused (500 of them out of reach for certain or nearly so)"
+        "from anywhere: {found} reached, {refused} refused of which about 500 are out of reach"
     );
     assert!(found > 1_000);
 }

@@ -6,12 +6,13 @@
 //! dq = J^T (J J^T + mu I)^-1 e                            a 6 x 6 system, however many joints
 //! ```
 //!
-//! A step that lessens the error well divides `mu` by twenty, so that close to the answer the step is Newton's; a trial
-//! that does not lessen the error is not taken, and raises `mu` until the step is short and safe. A redundant machine gets the step of least norm; one with too few joints comes as near as it can, and the
+//! A step that lessens the error as the linear model promised divides `mu` by up to twenty, so that close to the answer
+//! the step is Newton's; a trial that does not lessen the error is not taken, and raises `mu` until the step is short
+//! and safe. A redundant machine gets the step of least norm; one with too few joints comes as near as it can, and the
 //! answer counts only when both tolerances hold. With five conditions (tip and axis) the turn about the tool axis is
 //! left free: its row is replaced by the identity.
 //!
-//! The method is Levenberg and Marquardt's; the Jacobian is that of `kinematics::chain`.
+//! The method is Levenberg and Marquardt's with Nielsen's rule for the damping; the Jacobian is that of `kinematics::chain`.
 
 use super::chain::{Chain, ChainError, Series, check_pose};
 use super::{Error, Kinematics};
@@ -154,7 +155,7 @@ pub fn solve<R: Real>(
     let length = R::of(LENGTH);
     // Nearly Newton's step from the start; what fails raises it, ever faster.
     let mut damping = R::of(1e-3);
-    let mut raise = R::of(4.0);
+    let mut raise = R::TWO;
     let mut state = wanted.error(series, q);
     series.jacobian(q, columns);
     let mut iterations = 0;
@@ -183,21 +184,19 @@ pub fn solve<R: Real>(
             *to = *from + dq * shorten;
         }
         let after = wanted.error(series, trial);
-        let gain = after.cost() / state.cost();
-        if gain < R::ONE {
+        let before = state.cost();
+        if after.cost() < before {
+            // Nielsen: how much of the decrease that the linear model promised came true.
+            let came_true =
+                (before - after.cost()) / (before - step.left_over).max(R::EPSILON * before);
+            let bend = R::TWO * came_true.min(R::ONE) - R::ONE;
+            damping *= (R::ONE - bend * bend * bend).max(R::of(0.05));
+            raise = R::TWO;
             for (to, from) in q.iter_mut().zip(trial.iter()) {
                 *to = *from;
             }
             state = after;
             series.jacobian(q, columns);
-            raise = R::of(4.0);
-            damping *= if gain < R::of(0.25) {
-                R::of(0.05)
-            } else if gain < R::of(0.9) {
-                R::HALF
-            } else {
-                R::TWO
-            };
         } else {
             damping = damping.max(R::EPSILON) * raise;
             raise *= R::TWO;
@@ -322,6 +321,8 @@ impl<R: Real> Wanted<R> {
 struct Step<R> {
     shift: Vector<R>,
     turn: Vector<R>,
+    /// Cost that the linear model leaves after the full step.
+    left_over: R,
     free_axis: bool,
 }
 
@@ -369,6 +370,7 @@ impl<R: Real> Step<R> {
         Self {
             shift: Vector::new(y[0], y[1], y[2]),
             turn: Vector::new(y[3], y[4], y[5]),
+            left_over: y.iter().fold(R::ZERO, |sum, y| sum + (mu * *y).squared()),
             free_axis,
         }
     }

@@ -334,13 +334,17 @@ impl<const N: usize, R: Real> Chain<N, R> {
         }
     }
 
-    /// The same chain with other tool and work frames at home (in the bed).
+    /// The same chain with other tool and work frames at home (in the bed); rounded digits are made rotations again.
     pub fn with_homes(mut self, tool: Pose<R>, work: Pose<R>) -> Result<Self, ChainError> {
         for pose in [tool, work] {
             check_pose(&pose)?;
         }
-        self.tool_home = tool;
-        self.work_home = work;
+        let exact = |pose: Pose<R>| Pose {
+            rotation: pose.rotation.orthonormal(),
+            p: pose.p,
+        };
+        self.tool_home = exact(tool);
+        self.work_home = exact(work);
         Ok(self)
     }
 

@@ -277,7 +277,7 @@ impl<R: Real> Wanted<R> {
                 })?;
                 Ok(Self::Pose {
                     p: pose.apply(series.tip),
-                    rotation: orthonormal(pose.rotation),
+                    rotation: pose.rotation.orthonormal(),
                 })
             }
             Target::TipAxis { p, o } => {
@@ -479,19 +479,4 @@ fn turn_between<R: Real>(from: Vector<R>, to: Vector<R>) -> Vector<R> {
     from.cross(aside)
         .unit(R::ZERO)
         .map_or(Vector::ZERO, |v| v * R::PI)
-}
-
-/// The rotation nearest to one given with rounded digits: Newton's step for the polar factor, twice.
-fn orthonormal<R: Real>(r: Rotation<R>) -> Rotation<R> {
-    let improve = |r: Rotation<R>| {
-        // R (3 I - R^T R) / 2, which squares the deviation of a matrix that is nearly a rotation.
-        let product = r.transposed() * r;
-        let column = |c: Vector<R>, e: Vector<R>| r * ((e * R::of(3.0) - c) * R::HALF);
-        Rotation {
-            n: column(product.n, Vector::X),
-            s: column(product.s, Vector::Y),
-            a: column(product.a, Vector::Z),
-        }
-    };
-    improve(improve(r))
 }

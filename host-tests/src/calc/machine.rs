@@ -90,7 +90,13 @@ impl<R: Real> Machine<R> {
         }
         let home = |field: &'static str| match &value[field] {
             Value::Null => Ok(Pose::IDENTITY),
-            rows => read_pose(rows).map_err(|error| chain_fault(error, field, field)),
+            rows => match read_pose(rows) {
+                Ok(pose) => Ok(Pose {
+                    rotation: pose.rotation.orthonormal(),
+                    p: pose.p,
+                }),
+                Err(error) => Err(chain_fault(error, field, field)),
+            },
         };
         let (tool_home, work_home) = (home("tool_home")?, home("work_home")?);
         let tip = read_vector(&value["r_p"]).unwrap_or(Vector::ZERO);

@@ -417,13 +417,13 @@ fn cholesky_solve<R: Real>(mut a: [[R; 6]; 6], mut b: [R; 6]) -> [R; 6] {
     }
     for i in 0..6 {
         for k in 0..i {
-            b[i] = b[i] - a[i][k] * b[k];
+            b[i] -= a[i][k] * b[k];
         }
         b[i] /= a[i][i];
     }
     for i in (0..6).rev() {
         for k in i + 1..6 {
-            b[i] = b[i] - a[k][i] * b[k];
+            b[i] -= a[k][i] * b[k];
         }
         b[i] /= a[i][i];
     }

@@ -98,7 +98,10 @@ fn describe<R: Real>(request: &Request) -> Result<Description<R>, Fault> {
         Some(ranges) => {
             let end = |i: usize, j: usize| read::<R>(&ranges[i][j]).unwrap_or(R::ZERO);
             let limits = std::array::from_fn(|i| [end(i, 0), end(i, 1)].map(R::to_radians));
-            if let Some(i) = limits.iter().position(|[lo, hi]| !(lo <= hi)) {
+            if let Some(i) = limits
+                .iter()
+                .position(|[lo, hi]: &[R; 2]| lo > hi || !lo.is_number() || !hi.is_number())
+            {
                 let detail = format!("limits[{i}] must be [lo, hi] with lo <= hi");
                 return Err(bad("limits", detail).with("index", i));
             }

@@ -32,7 +32,7 @@ mod stretch;
 pub use stretch::{NoBranch, Refusal, Stretch};
 
 /// Singular below one degree: sin(1 deg).
-const SIN_ONE_DEGREE: f64 = 0.017_452_406_437_283_512;
+const SIN_ONE_DEGREE: f64 = 0.017_452_406_437_283_51;
 
 /// One row of the table: `a` [mm] and `alpha` [rad] of the link before, `d` [mm] along the joint axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

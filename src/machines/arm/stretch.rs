@@ -24,14 +24,14 @@ pub enum Refusal {
     ShoulderSingular,
     /// A joint would move by more than 30 deg from the pose before; `joint` counts from 0.
     Jump {
-        joint: usize,
+        joint: u8,
     },
 }
 
 /// No branch serves all poses: for each of the eight the index of the first pose that it fails at, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoBranch {
-    pub reasons: [Option<(usize, Refusal)>; 8],
+    pub reasons: [Option<(u32, Refusal)>; 8],
 }
 
 /// Largest step of a joint between two poses [rad]: 30 deg.
@@ -42,14 +42,14 @@ struct Track<R> {
     last: Option<Joints<6, R>>,
     /// Smallest distance to the end of a range so far [rad].
     margin: R,
-    refused: Option<(usize, Refusal)>,
+    refused: Option<(u32, Refusal)>,
 }
 
 /// Follows the eight branches through the poses of a stretch.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch<R> {
     tracks: [Track<R>; 8],
-    count: usize,
+    count: u32,
 }
 
 impl<R: Real> Stretch<R> {
@@ -87,7 +87,7 @@ impl<R: Real> Stretch<R> {
             };
             track.refused = refusal.map(|why| (self.count, why));
         }
-        self.count += 1;
+        self.count = self.count.saturating_add(1);
         Ok(())
     }
 
@@ -118,8 +118,8 @@ impl<R: Real> Stretch<R> {
 impl<R: Real> Track<R> {
     fn follow(&mut self, arm: &Arm<R>, mut q: Joints<6, R>, has_before: bool) -> Option<Refusal> {
         if let Some(last) = self.last {
-            for (joint, (angle, last)) in q.0.iter_mut().zip(&last.0).enumerate() {
-                *angle = arm.fit(joint, *angle, *last).0;
+            for (joint, (angle, last)) in (0..).zip(q.0.iter_mut().zip(&last.0)) {
+                *angle = arm.fit(usize::from(joint), *angle, *last).0;
                 if has_before && (*angle - *last).abs() > R::of(JUMP) {
                     return Some(Refusal::Jump { joint });
                 }

@@ -704,8 +704,3 @@ fn as_a_kinematics_the_arm_stays_on_its_branch() {
         }
     }
 }
-
-#[test]
-fn the_calculator_answers_as_its_page_says() {
-    common::check_calculator_cases(include_str!("../cases/arm.json"));
-}

@@ -553,8 +553,3 @@ fn single_precision_stays_within_a_thousandth_of_a_millimetre() {
     assert!(forward < 1e-3);
     assert!(solved > 1_900);
 }
-
-#[test]
-fn the_calculator_answers_as_its_page_says() {
-    common::check_calculator_cases(include_str!("../cases/chain.json"));
-}

@@ -887,8 +887,3 @@ fn kinds_agree_between_both_precisions_for_the_reference_machines() {
     assert_eq!(fine[3], Kind::Infinite);
     assert_eq!(fine[0], Kind::Two);
 }
-
-#[test]
-fn the_calculator_answers_as_its_page_says() {
-    common::check_calculator_cases(include_str!("../cases/mirror.json"));
-}

@@ -5,7 +5,11 @@
 //! whose turning joints are within half a turn of `near`, and where a joint is free (a singular pose) it stays put.
 
 pub mod chain;
+pub mod follow;
 pub mod inverse;
+pub mod way;
+
+pub use way::{ClPoint, Way};
 
 use crate::geometry::Pose;
 use crate::joints::Joints;

@@ -2,7 +2,9 @@
 
 pub mod arm;
 pub mod drill_grinder;
+pub mod five_axis;
 pub mod two_sided;
 
 pub use arm::Arm;
 pub use drill_grinder::DrillGrinder;
+pub use five_axis::FiveAxis;

@@ -1,9 +1,7 @@
-//! What several test files share: a seeded generator, matrices that share no code with the library, calculator cases.
+//! What several test files share: a seeded generator, and matrices that share no code with the library.
 #![allow(dead_code)]
 
 use hexstep::geometry::{Pose, Rotation, Vector};
-use hexstep_host::calc;
-use serde_json::Value;
 
 /// splitmix64: the same numbers on every machine.
 pub struct Random(pub u64);
@@ -185,67 +183,4 @@ pub fn difference(a: &Pose<f64>, b: &Pose<f64>) -> f64 {
         .zip(b.iter().flatten())
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max)
-}
-
-/// Runs every case of a file in `cases/`: `{function, scalar, request, answer, within}`. An answer may hold more than the
-/// case shows, never less; numbers agree within `within`, lists have the same length.
-#[track_caller]
-pub fn check_calculator_cases(text: &str) {
-    let cases: Vec<Value> = serde_json::from_str(text).expect("a list of cases");
-    assert!(!cases.is_empty());
-    for case in &cases {
-        let function = case["function"].as_str().expect("function");
-        let scalar = case["scalar"].as_str().unwrap_or("f64");
-        let request = case["request"].to_string();
-        let mut output = Vec::new();
-        let status = calc::main(function, scalar, request.as_bytes(), &mut output).expect("output");
-        let answer: Value = serde_json::from_slice(&output).expect("an answer is JSON");
-        let wanted = &case["answer"];
-        let refused = wanted.get("error").is_some();
-        assert_eq!(
-            status,
-            if refused { 2 } else { 0 },
-            "{function} {request}\n{answer}"
-        );
-        let within = case["within"].as_f64().unwrap_or(0.0);
-        if let Err(what) = agrees(&answer, wanted, within, "") {
-            panic!("{function} {request}\n{what}\nin {answer}");
-        }
-    }
-}
-
-fn agrees(answer: &Value, wanted: &Value, within: f64, path: &str) -> Result<(), String> {
-    match (answer, wanted) {
-        (Value::Object(answer), Value::Object(wanted)) => {
-            for (name, wanted) in wanted {
-                let path = format!("{path}.{name}");
-                let answer = answer.get(name).ok_or(format!("{path} is missing"))?;
-                agrees(answer, wanted, within, &path)?;
-            }
-            Ok(())
-        }
-        (Value::Array(answer), Value::Array(wanted)) => {
-            if answer.len() != wanted.len() {
-                return Err(format!("{path} has {} entries", answer.len()));
-            }
-            for (i, (answer, wanted)) in answer.iter().zip(wanted).enumerate() {
-                agrees(answer, wanted, within, &format!("{path}[{i}]"))?;
-            }
-            Ok(())
-        }
-        (Value::Number(a), Value::Number(w)) => {
-            let (a, w) = (a.as_f64().unwrap_or(f64::NAN), w.as_f64().unwrap_or(0.0));
-            if (a - w).abs() <= within {
-                Ok(())
-            } else {
-                Err(format!("{path} is {a}, not {w}"))
-            }
-        }
-        // A sentence for people: there must be one.
-        (Value::String(answer), Value::String(wanted)) if wanted == "…" && !answer.is_empty() => {
-            Ok(())
-        }
-        _ if answer == wanted => Ok(()),
-        _ => Err(format!("{path} is {answer}, not {wanted}")),
-    }
 }

@@ -393,7 +393,8 @@ impl<R: Real> Arm<R> {
         let Joints([_, q2, q3, _, q5, _]) = *q;
         let Lengths { a1, a2, a3, d4, .. } = self.lengths;
         let (s23, c23) = (q2 + q3).sin_cos();
-        let reach = a1 + a2 * q2.cos() + a3 * c23 - d4 * s23;
+        let (_, c2) = q2.sin_cos();
+        let reach = a1 + a2 * c2 + a3 * c23 - d4 * s23;
         let is = |number, holds| if holds { number } else { 0 };
         is(4, reach < R::ZERO)
             + is(2, principal(q3 + self.phi) < R::ZERO)

@@ -838,6 +838,9 @@ fn bad_targets_are_refused_by_name_and_neither_side_moves() {
         solve(Vector::ZERO, Vector::Z * 1e-7, 1.0),
         PairError::BadNormal
     );
+    let far = at(1e308, 1e308, 1e308);
+    let refused = solve(far, at(0.1, 0.2, 1.0), 1.0);
+    assert_eq!(refused, PairError::Mill(SideError::NonFinite));
     let lost = Joints([f64::NAN, 0.0, 0.0, 0.0, 0.0]);
     let refused = machine.solve(Vector::ZERO, Vector::Z, 1.0, (&lost, zero.1));
     assert_eq!(refused.unwrap_err(), PairError::Mill(SideError::NonFinite));

@@ -838,7 +838,7 @@ fn bad_targets_are_refused_by_name_and_neither_side_moves() {
         solve(Vector::ZERO, Vector::Z * 1e-7, 1.0),
         PairError::BadNormal
     );
-    let far = at(1e308, 1e308, 1e308);
+    let far = at(f64::MAX, f64::MAX, f64::MAX);
     let refused = solve(far, at(0.1, 0.2, 1.0), 1.0);
     assert_eq!(refused, PairError::Mill(SideError::NonFinite));
     let lost = Joints([f64::NAN, 0.0, 0.0, 0.0, 0.0]);

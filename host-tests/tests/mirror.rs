@@ -839,8 +839,9 @@ fn bad_targets_are_refused_by_name_and_neither_side_moves() {
         PairError::BadNormal
     );
     let far = at(f64::MAX, f64::MAX, f64::MAX);
-    let refused = solve(far, at(0.1, 0.2, 1.0), 1.0);
-    assert_eq!(refused, PairError::Mill(SideError::NonFinite));
+    let side = Side::new(generic_side()).expect("a side");
+    let refused = side.inverse(far, at(0.2, 0.1, 0.97), &Joints([0.0; 5]));
+    assert_eq!(refused, Err(SideError::NonFinite));
     let lost = Joints([f64::NAN, 0.0, 0.0, 0.0, 0.0]);
     let refused = machine.solve(Vector::ZERO, Vector::Z, 1.0, (&lost, zero.1));
     assert_eq!(refused.unwrap_err(), PairError::Mill(SideError::NonFinite));

@@ -6,6 +6,7 @@ pub mod export;
 pub mod files;
 pub mod job;
 pub mod pipeline;
+pub mod machine;
 pub mod plot;
 pub mod reference;
 pub mod report;

@@ -10,6 +10,16 @@ pub struct Limits<const N: usize> {
     acceleration: [f32; N],
 }
 
+/// Slow enough for any machine: what stands until real limits are set.
+impl<const N: usize> Default for Limits<N> {
+    fn default() -> Self {
+        Self {
+            velocity: [1000.0; N],
+            acceleration: [1000.0; N],
+        }
+    }
+}
+
 /// A limit that no motion can keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitError {
@@ -21,7 +31,11 @@ pub enum LimitError {
 
 impl<const N: usize> Limits<N> {
     /// Velocities [steps/s], above 0 and at most `fastest`; accelerations [steps/s^2], above 0.
-    pub fn new(velocity: [f32; N], acceleration: [f32; N], fastest: f32) -> Result<Self, LimitError> {
+    pub fn new(
+        velocity: [f32; N],
+        acceleration: [f32; N],
+        fastest: f32,
+    ) -> Result<Self, LimitError> {
         for motor in 0..N {
             if !(velocity[motor] > 0.0 && velocity[motor] <= fastest) {
                 return Err(LimitError::Velocity { motor });
@@ -30,7 +44,10 @@ impl<const N: usize> Limits<N> {
                 return Err(LimitError::Acceleration { motor });
             }
         }
-        Ok(Self { velocity, acceleration })
+        Ok(Self {
+            velocity,
+            acceleration,
+        })
     }
 }
 
@@ -59,7 +76,12 @@ pub struct Block<const N: usize> {
 
 impl<const N: usize> Block<N> {
     /// The move from `start` to `target` in `duration` [s] at the least; `None` if they are the same.
-    pub fn new(limits: &Limits<N>, start: [i32; N], target: [i32; N], duration: f32) -> Option<Self> {
+    pub fn new(
+        limits: &Limits<N>,
+        start: [i32; N],
+        target: [i32; N],
+        duration: f32,
+    ) -> Option<Self> {
         // The difference of two i32 needs 33 bits; the controller refuses moves beyond 2^31.
         let steps: [i32; N] = core::array::from_fn(|i| target[i].wrapping_sub(start[i]));
         let mut length = 0f32;
@@ -76,7 +98,11 @@ impl<const N: usize> Block<N> {
                 acceleration = Real::min(acceleration, limits.acceleration[i] * length / way);
             }
         }
-        let nominal = if duration > length { length / duration } else { 1.0 };
+        let nominal = if duration > length {
+            length / duration
+        } else {
+            1.0
+        };
         Some(Self {
             start,
             steps,
@@ -99,7 +125,8 @@ impl<const N: usize> Block<N> {
 pub fn junction<const N: usize>(limits: &Limits<N>, before: &Block<N>, after: &Block<N>) -> f32 {
     let mut speed = Real::min(before.nominal, after.nominal);
     for i in 0..N {
-        let jump = (after.steps[i] as f32 / after.length - before.steps[i] as f32 / before.length).abs();
+        let jump =
+            (after.steps[i] as f32 / after.length - before.steps[i] as f32 / before.length).abs();
         let allowed = limits.acceleration[i] * (1.0 - ALONG) * SAMPLE;
         if jump * speed > allowed {
             speed = allowed / jump;

@@ -6,7 +6,11 @@ use crate::math::Real;
 use heapless::Deque;
 
 /// Plans all blocks anew; the first one is at `speed` now and `left` of its length [s] is still to come.
-pub fn plan<const N: usize, const B: usize>(blocks: &mut Deque<Block<N>, B>, speed: f32, left: f32) {
+pub fn plan<const N: usize, const B: usize>(
+    blocks: &mut Deque<Block<N>, B>,
+    speed: f32,
+    left: f32,
+) {
     let count = blocks.len();
     let mut exit = 0f32;
     for block in blocks.iter_mut().rev().take(count.saturating_sub(1)) {

@@ -46,7 +46,12 @@ pub struct Planner<const N: usize> {
 impl<const N: usize> Planner<N> {
     /// At rest at `start` [steps].
     pub fn new(limits: Limits<N>, start: [i32; N]) -> Self {
-        Self { limits, blocks: Deque::new(), end: start, run: Run::new(start) }
+        Self {
+            limits,
+            blocks: Deque::new(),
+            end: start,
+            run: Run::new(start),
+        }
     }
 
     /// A straight move in joint space to `target` [steps], taking `duration` [s] at the least (0: as fast as the limits

@@ -33,7 +33,11 @@ const WHOLE: u64 = 1 << 62;
 
 impl<const N: usize> Run<N> {
     pub fn new(start: [i32; N]) -> Self {
-        Self { speed: 0.0, done: 0, position: start.map(I32F32::from_num) }
+        Self {
+            speed: 0.0,
+            done: 0,
+            position: start.map(I32F32::from_num),
+        }
     }
 
     pub fn plan(&self, blocks: &mut Deque<Block<N>, BLOCKS>) {
@@ -54,16 +58,23 @@ impl<const N: usize> Run<N> {
             let a = block.acceleration;
             let half = 0.5 * a * time;
             // The equation of the head, solved for w.
-            let square = half * half + block.exit * block.exit + 2.0 * a * left - a * self.speed * time;
+            let square =
+                half * half + block.exit * block.exit + 2.0 * a * left - a * self.speed * time;
             let braked = Real::max(square, 0.0).sqrt() - half;
-            let goal = Real::min(Real::min(self.speed + a * time, block.nominal), Real::max(braked, 0.0));
+            let goal = Real::min(
+                Real::min(self.speed + a * time, block.nominal),
+                Real::max(braked, 0.0),
+            );
             let next = Real::max(goal, self.speed - a * time);
             let way = 0.5 * (self.speed + next) * time;
             if way < left && (next > 0.0 || self.speed > 0.0) && left > SETTLED * block.length {
                 self.speed = next;
                 self.done = (self.done + (way / block.length * WHOLE as f32) as u64).min(WHOLE);
                 self.position = position(block, self.done);
-                return Some(Sample { position: self.position, last: false });
+                return Some(Sample {
+                    position: self.position,
+                    last: false,
+                });
             }
             // The block is over within this sample; the next one has the rest of the time.
             let mean = 0.5 * (self.speed + block.exit);
@@ -75,11 +86,17 @@ impl<const N: usize> Run<N> {
             let stands = self.speed <= 0.0;
             blocks.pop_front();
             if stands {
-                return Some(Sample { position: self.position, last: true });
+                return Some(Sample {
+                    position: self.position,
+                    last: true,
+                });
             }
         }
         self.speed = 0.0;
-        Some(Sample { position: self.position, last: true })
+        Some(Sample {
+            position: self.position,
+            last: true,
+        })
     }
 }
 

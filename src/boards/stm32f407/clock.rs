@@ -46,10 +46,21 @@ impl Clock {
     /// Starts the clocks from a crystal of `crystal_hz`, a whole number of MHz between 2 and 63.
     pub fn start(rcc: &chip::RCC, flash: &chip::FLASH, pwr: &chip::PWR, crystal_hz: u32) -> Self {
         match Self::start_pll(rcc, flash, pwr, crystal_hz) {
-            Ok(()) => Self { core_hz: CORE_HZ, apb2_hz: CORE_HZ / 2, apb1_hz: CORE_HZ / 4, fault: None },
+            Ok(()) => Self {
+                core_hz: CORE_HZ,
+                apb2_hz: CORE_HZ / 2,
+                apb1_hz: CORE_HZ / 4,
+                fault: None,
+            },
             Err(fault) => {
-                rcc.cfgr().modify(|_, w| w.sw().hsi().ppre1().div1().ppre2().div1());
-                Self { core_hz: INTERNAL_HZ, apb2_hz: INTERNAL_HZ, apb1_hz: INTERNAL_HZ, fault: Some(fault) }
+                rcc.cfgr()
+                    .modify(|_, w| w.sw().hsi().ppre1().div1().ppre2().div1());
+                Self {
+                    core_hz: INTERNAL_HZ,
+                    apb2_hz: INTERNAL_HZ,
+                    apb1_hz: INTERNAL_HZ,
+                    fault: Some(fault),
+                }
             }
         }
     }
@@ -64,7 +75,12 @@ impl Clock {
         ((self.apb1_hz + baud / 2) / baud) as u16
     }
 
-    fn start_pll(rcc: &chip::RCC, flash: &chip::FLASH, pwr: &chip::PWR, crystal_hz: u32) -> Result<(), ClockFault> {
+    fn start_pll(
+        rcc: &chip::RCC,
+        flash: &chip::FLASH,
+        pwr: &chip::PWR,
+        crystal_hz: u32,
+    ) -> Result<(), ClockFault> {
         rcc.cr().modify(|_, w| w.hseon().on());
         if !becomes(|| rcc.cr().read().hserdy().is_ready()) {
             return Err(ClockFault::Crystal);
@@ -78,18 +94,37 @@ impl Clock {
         rcc.cr().modify(|_, w| w.pllon().off());
         // SAFETY (the three fields): M is 2..=63, N is 50..=432, Q is 2..=15, the ranges of RM0090 7.3.2.
         rcc.pllcfgr().write(|w| unsafe {
-            w.pllsrc().hse().pllm().bits(to_one_mhz).plln().bits(336).pllp().div2().pllq().bits(7)
+            w.pllsrc()
+                .hse()
+                .pllm()
+                .bits(to_one_mhz)
+                .plln()
+                .bits(336)
+                .pllp()
+                .div2()
+                .pllq()
+                .bits(7)
         });
         rcc.cr().modify(|_, w| w.pllon().on());
         if !becomes(|| rcc.cr().read().pllrdy().is_ready()) {
             return Err(ClockFault::Pll);
         }
         // Flash needs five wait states at 168 MHz and 3.3 V; they must be in force before the switch.
-        flash.acr().write(|w| w.latency().ws5().prften().enabled().icen().enabled().dcen().enabled());
+        flash.acr().write(|w| {
+            w.latency()
+                .ws5()
+                .prften()
+                .enabled()
+                .icen()
+                .enabled()
+                .dcen()
+                .enabled()
+        });
         if !becomes(|| flash.acr().read().latency().is_ws5()) {
             return Err(ClockFault::Switch);
         }
-        rcc.cfgr().modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
+        rcc.cfgr()
+            .modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
         rcc.cfgr().modify(|_, w| w.sw().pll());
         if !becomes(|| rcc.cfgr().read().sws().is_pll()) {
             return Err(ClockFault::Switch);

@@ -1,14 +1,16 @@
 //! Bring-up: bytes to the foreground.
-use critical_section::Mutex;
+use super::pins::{Port, set_reset};
 use core::cell::RefCell;
-use heapless::Deque;
 use cortex_m_rt::exception;
-use super::pins::{set_reset, Port};
+use critical_section::Mutex;
+use heapless::Deque;
 
 static BYTES: Mutex<RefCell<Deque<u8, 64>>> = Mutex::new(RefCell::new(Deque::new()));
 
 pub fn on_byte(byte: u8) {
-    critical_section::with(|t| { let _ = BYTES.borrow(t).borrow_mut().push_back(byte); });
+    critical_section::with(|t| {
+        let _ = BYTES.borrow(t).borrow_mut().push_back(byte);
+    });
 }
 pub fn next_byte() -> Option<u8> {
     critical_section::with(|t| BYTES.borrow(t).borrow_mut().pop_front())

@@ -29,7 +29,13 @@ struct Ring {
 
 impl Ring {
     const fn new() -> Self {
-        Self { bytes: [0; CAPACITY], head: 0, complete: 0, open: 0, overflow: false }
+        Self {
+            bytes: [0; CAPACITY],
+            head: 0,
+            complete: 0,
+            open: 0,
+            overflow: false,
+        }
     }
 
     fn append(&mut self, bytes: &[u8]) {
@@ -136,7 +142,9 @@ impl LogSender {
         let _ = rcc.apb1enr().read();
         transmit.make_alternate(USART_FUNCTION);
         // SAFETY: with 16-fold oversampling every divider from 16 up is valid, and both bus clocks give at least 138.
-        usart.brr().write(|w| unsafe { w.bits(clock.apb1_divider(BAUD)) });
+        usart
+            .brr()
+            .write(|w| unsafe { w.bits(clock.apb1_divider(BAUD)) });
         usart.cr1().write(|w| w.te().enabled().ue().enabled());
         Self { usart }
     }

@@ -76,9 +76,13 @@ impl Pin {
         let merged = |bits: u32| (bits & !(0xF << shift)) | (function << shift);
         // SAFETY (both): every four-bit value is an alternate function number; the other pins' bits are kept.
         if self.number < 8 {
-            registers.afrl().modify(|r, w| unsafe { w.bits(merged(r.bits())) });
+            registers
+                .afrl()
+                .modify(|r, w| unsafe { w.bits(merged(r.bits())) });
         } else {
-            registers.afrh().modify(|r, w| unsafe { w.bits(merged(r.bits())) });
+            registers
+                .afrh()
+                .modify(|r, w| unsafe { w.bits(merged(r.bits())) });
         }
         self.set_field(Field::Pull, 0b01);
         self.set_field(Field::Mode, 0b10);
@@ -90,8 +94,12 @@ impl Pin {
         let merged = |bits: u32| (bits & !(0b11 << shift)) | (value << shift);
         // SAFETY (both): every two-bit value is a mode, and none but 0b11 (never used here) is reserved as a pull.
         match field {
-            Field::Mode => registers.moder().modify(|r, w| unsafe { w.bits(merged(r.bits())) }),
-            Field::Pull => registers.pupdr().modify(|r, w| unsafe { w.bits(merged(r.bits())) }),
+            Field::Mode => registers
+                .moder()
+                .modify(|r, w| unsafe { w.bits(merged(r.bits())) }),
+            Field::Pull => registers
+                .pupdr()
+                .modify(|r, w| unsafe { w.bits(merged(r.bits())) }),
         };
     }
 }
@@ -136,7 +144,8 @@ impl<const N: usize> BoardPins<N> {
     pub fn configure(&self, rcc: &chip::RCC) {
         const ALL_PORTS: u32 = (1 << Port::COUNT) - 1;
         // SAFETY: bits 0 to 8 of this register enable ports A to I and nothing else.
-        rcc.ahb1enr().modify(|r, w| unsafe { w.bits(r.bits() | ALL_PORTS) });
+        rcc.ahb1enr()
+            .modify(|r, w| unsafe { w.bits(r.bits() | ALL_PORTS) });
         // The port's clock runs two bus cycles after the enabling store (errata 2.1.6): read back before use.
         let _ = rcc.ahb1enr().read();
         for motor in &self.motors {

@@ -2,8 +2,8 @@
 //!
 //! Panics and hard faults both end here, and both stop the step interrupt first.
 
-use crate::boards::BOARD;
 use super::serial;
+use crate::boards::BOARD;
 
 /// Ends the program in the safe state.
 fn halt(message: &str) -> ! {

@@ -28,8 +28,19 @@ pub fn start(usart: &chip::USART1, rcc: &chip::RCC, clock: &Clock, transmit: Pin
     transmit.make_alternate(USART_FUNCTION);
     receive.make_alternate(USART_FUNCTION);
     // SAFETY: with 16-fold oversampling every divider from 16 up is valid, and both bus clocks give at least 138.
-    usart.brr().write(|w| unsafe { w.bits(clock.apb2_divider(BAUD)) });
-    usart.cr1().write(|w| w.te().enabled().re().enabled().rxneie().enabled().ue().enabled());
+    usart
+        .brr()
+        .write(|w| unsafe { w.bits(clock.apb2_divider(BAUD)) });
+    usart.cr1().write(|w| {
+        w.te()
+            .enabled()
+            .re()
+            .enabled()
+            .rxneie()
+            .enabled()
+            .ue()
+            .enabled()
+    });
 }
 
 /// Lets the USART1 interrupt through, below the mask of critical sections.
@@ -46,7 +57,8 @@ pub fn unmask(nvic: &mut chip::NVIC) {
 pub fn send(bytes: &[u8]) -> bool {
     let fits = critical_section::with(|token| {
         let mut waiting = WAITING.borrow(token).borrow_mut();
-        bytes.len() <= CAPACITY - waiting.len() && bytes.iter().all(|&byte| waiting.push_back(byte).is_ok())
+        bytes.len() <= CAPACITY - waiting.len()
+            && bytes.iter().all(|&byte| waiting.push_back(byte).is_ok())
     });
     poll();
     fits

@@ -22,3 +22,4 @@
 pub mod geometry;
 pub mod joints;
 pub mod math;
+pub mod stepper;

@@ -51,6 +51,7 @@ struct instruction {
     uint32_t address, size;
     enum kind kind;
     uint32_t cycles;
+    bool conditional; /* in an IT block */
     int watched; /* number of the watched function that begins here, or -1 */
 };
 
@@ -142,12 +143,20 @@ static void finish(void)
     current = -1;
 }
 
+/* Whether `i` left the straight path to get to `next`. What follows in memory may also be where a return leads to. */
+static bool jumped(const struct instruction *i, const struct instruction *next)
+{
+    if (i->kind == PLAIN || i->kind == LOAD)
+        return false;
+    return (i->kind == RETURN && !i->conditional) || next->address != i->address + i->size;
+}
+
 /* Before each instruction: settle where the last one went, then count this one. */
 static void execute(unsigned cpu, void *data)
 {
     struct instruction *i = data;
     (void)cpu;
-    if (current >= 0 && last && last->kind != PLAIN && last->kind != LOAD && i->address != last->address + last->size) {
+    if (current >= 0 && last && jumped(last, i)) {
         if (last->kind == RETURN && depth == 0) {
             finish();
         } else {
@@ -171,6 +180,7 @@ static void execute(unsigned cpu, void *data)
 
 static void translate(qemu_plugin_id_t id, struct qemu_plugin_tb *block)
 {
+    unsigned conditional = 0; /* instructions left of an IT block */
     (void)id;
     for (size_t n = 0; n < qemu_plugin_tb_n_insns(block); n++) {
         struct qemu_plugin_insn *insn = qemu_plugin_tb_get_insn(block, n);
@@ -187,6 +197,10 @@ static void translate(qemu_plugin_id_t id, struct qemu_plugin_tb *block)
         qemu_plugin_insn_data(insn, code, sizeof code);
 #endif
         classify(i, code[0], code[1]);
+        i->conditional |= conditional > 0; /* a block may begin within an IT block, so what was known stays */
+        conditional -= conditional > 0;
+        if ((code[0] & 0xFF00) == 0xBF00 && (code[0] & 0xF))
+            conditional = 4 - (unsigned)__builtin_ctz(code[0] & 0xF);
         i->watched = -1;
         for (int w = 0; w < watched_count; w++)
             if (watched[w] == address)

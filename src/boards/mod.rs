@@ -13,3 +13,6 @@ mod board;
 
 /// The pins of the board this binary is built for.
 pub use board::BOARD;
+
+/// Motors of the board.
+pub const MOTORS: usize = BOARD.motors.len();

@@ -49,7 +49,7 @@ impl Pin {
     /// Puts the pin high or low in one store that touches no other pin of the port.
     pub fn write(self, high: bool) {
         let half = if high { 0 } else { 16 };
-        set_reset(self.port, 1 << (u32::from(self.number) + half));
+        SetReset::of(self.port).store(1 << (u32::from(self.number) + half));
     }
 
     /// The level at the pin now.
@@ -109,12 +109,24 @@ enum Field {
     Pull,
 }
 
-/// Writes `word` to the set/reset register of `port`: bits 0..15 put pins high, bits 16..31 put pins low.
-#[inline(always)]
-pub fn set_reset(port: Port, word: u32) {
-    // SAFETY: every word is valid, and the store needs no read before it, so two contexts that write different pins
-    // of one port cannot disturb each other.
-    port.registers().bsrr().write(|w| unsafe { w.bits(word) });
+/// The set/reset register of a port: bits 0..=15 of a word put pins high, bits 16..=31 put pins low, others stay.
+#[derive(Clone, Copy)]
+pub struct SetReset(&'static chip::gpioi::BSRR);
+
+// SAFETY: the register is write-only and a store to it is one access, so any context may use any copy.
+unsafe impl Send for SetReset {}
+
+impl SetReset {
+    pub fn of(port: Port) -> Self {
+        Self(port.registers().bsrr())
+    }
+
+    #[inline(always)]
+    pub fn store(self, word: u32) {
+        // SAFETY: every word is valid, and the store needs no read before it, so two contexts that write different
+        // pins of one port cannot disturb each other.
+        self.0.write(|w| unsafe { w.bits(word) });
+    }
 }
 
 /// The pins of one motor.
@@ -139,7 +151,33 @@ pub struct BoardPins<const N: usize> {
     pub log_transmit: Pin,
 }
 
+/// The ports that some pins lie on, each once, in the order of the pins; the first `count` places count.
+pub struct Ports<const N: usize> {
+    pub ports: [Port; N],
+    pub count: usize,
+}
+
 impl<const N: usize> BoardPins<N> {
+    pub const fn step_ports(&self) -> Ports<N> {
+        let mut pins = [self.motors[0].step; N];
+        let mut i = 0;
+        while i < N {
+            pins[i] = self.motors[i].step;
+            i += 1;
+        }
+        ports_of(pins)
+    }
+
+    pub const fn direction_ports(&self) -> Ports<N> {
+        let mut pins = [self.motors[0].direction; N];
+        let mut i = 0;
+        while i < N {
+            pins[i] = self.motors[i].direction;
+            i += 1;
+        }
+        ports_of(pins)
+    }
+
     /// Powers the ports and puts every pin into its safe state: drivers off, step and direction low.
     pub fn configure(&self, rcc: &chip::RCC) {
         const ALL_PORTS: u32 = (1 << Port::COUNT) - 1;
@@ -170,4 +208,24 @@ impl<const N: usize> BoardPins<N> {
             motor.step.write(false);
         }
     }
+}
+
+const fn ports_of<const N: usize>(pins: [Pin; N]) -> Ports<N> {
+    let mut ports = [pins[0].port; N];
+    let mut count = 0;
+    let mut i = 0;
+    while i < N {
+        let mut known = false;
+        let mut k = 0;
+        while k < count {
+            known |= ports[k] as u8 == pins[i].port as u8;
+            k += 1;
+        }
+        if !known {
+            ports[count] = pins[i].port;
+            count += 1;
+        }
+        i += 1;
+    }
+    Ports { ports, count }
 }

@@ -10,6 +10,7 @@ use heapless::Deque;
 use stm32f4::stm32f407::{self as chip, interrupt};
 
 use super::clock::Clock;
+use super::handover::Handover;
 use super::pins::Pin;
 use super::priority;
 
@@ -19,10 +20,23 @@ const CAPACITY: usize = 2048;
 const USART_FUNCTION: u32 = 7;
 const BAUD: u32 = 115_200;
 
+pub type Receiver = heapless::spsc::Producer<'static, u8>;
+
+static RECEIVER: Handover<Receiver> = Handover::new();
+
 static WAITING: Mutex<RefCell<Deque<u8, CAPACITY>>> = Mutex::new(RefCell::new(Deque::new()));
 
-/// Starts USART1 at 115200 baud 8N1. Received bytes go to `on_byte` of [`super::contexts`] from now on.
-pub fn start(usart: &chip::USART1, rcc: &chip::RCC, clock: &Clock, transmit: Pin, receive: Pin) {
+/// Starts USART1 at 115200 baud 8N1. From now on every received byte goes to `receiver`.
+pub fn start(
+    usart: chip::USART1,
+    rcc: &chip::RCC,
+    nvic: &mut chip::NVIC,
+    clock: &Clock,
+    (transmit, receive): (Pin, Pin),
+    receiver: Receiver,
+) {
+    // SAFETY: the interrupt is enabled further down, and once, because the peripheral is handed over.
+    unsafe { RECEIVER.give(receiver) };
     rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
     let _ = rcc.apb2enr().read();
     transmit.make_alternate(USART_FUNCTION);
@@ -32,19 +46,9 @@ pub fn start(usart: &chip::USART1, rcc: &chip::RCC, clock: &Clock, transmit: Pin
         .brr()
         .write(|w| unsafe { w.bits(clock.apb2_divider(BAUD)) });
     usart.cr1().write(|w| {
-        w.te()
-            .enabled()
-            .re()
-            .enabled()
-            .rxneie()
-            .enabled()
-            .ue()
-            .enabled()
+        let w = w.te().enabled().re().enabled();
+        w.rxneie().enabled().ue().enabled()
     });
-}
-
-/// Lets the USART1 interrupt through, below the mask of critical sections.
-pub fn unmask(nvic: &mut chip::NVIC) {
     // SAFETY (both): the priority is at or below the mask of critical sections, on which their soundness rests, and
     // everything the handler uses is in place.
     unsafe {
@@ -91,7 +95,9 @@ fn USART1() {
     let usart = unsafe { chip::USART1::steal() };
     if usart.sr().read().rxne().bit_is_set() {
         let byte = usart.dr().read().bits() as u8;
-        super::contexts::on_byte(byte);
+        // SAFETY: called by this handler alone, which `start` enables after the value is in place.
+        let receiver = unsafe { RECEIVER.owned() };
+        let _ = receiver.enqueue(byte);
     }
     poll();
 }

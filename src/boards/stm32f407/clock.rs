@@ -19,14 +19,28 @@ const INTERNAL_HZ: u32 = 16_000_000;
 const PATIENCE: u32 = 100_000;
 
 /// Why the clock start fell back to the internal oscillator.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum ClockFault {
+    /// The core could not be taken off the clock that a bootloader has left it on.
+    Internal,
     /// The crystal did not start.
     Crystal,
     /// The PLL did not lock.
     Pll,
     /// The core did not switch over to the PLL.
     Switch,
+}
+
+impl ClockFault {
+    /// What to tell the operator.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Internal => "internal oscillator silent",
+            Self::Crystal => "crystal silent, running on the internal oscillator",
+            Self::Pll => "PLL not locked, running on the internal oscillator",
+            Self::Switch => "no switch to the PLL, running on the internal oscillator",
+        }
+    }
 }
 
 /// What the clock start came to.
@@ -81,6 +95,15 @@ impl Clock {
         pwr: &chip::PWR,
         crystal_hz: u32,
     ) -> Result<(), ClockFault> {
+        // A bootloader may have left the core on the PLL, which can then not be set up anew.
+        rcc.cr().modify(|_, w| w.hsion().on());
+        if !becomes(|| rcc.cr().read().hsirdy().is_ready()) {
+            return Err(ClockFault::Internal);
+        }
+        rcc.cfgr().modify(|_, w| w.sw().hsi());
+        if !becomes(|| rcc.cfgr().read().sws().is_hsi()) {
+            return Err(ClockFault::Internal);
+        }
         rcc.cr().modify(|_, w| w.hseon().on());
         if !becomes(|| rcc.cr().read().hserdy().is_ready()) {
             return Err(ClockFault::Crystal);

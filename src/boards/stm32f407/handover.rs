@@ -26,8 +26,8 @@ impl<T> Handover<T> {
     /// What the handler owns.
     ///
     /// # Safety
-    /// Only for one interrupt handler, once per run of it, and only after [`Handover::give`]. A handler cannot interrupt
-    /// itself, so the reference is the only one.
+    /// Only after [`Handover::give`], and only for one interrupt handler, once per run of it (a handler cannot interrupt
+    /// itself), or for code during which that handler cannot run.
     #[inline(always)]
     #[allow(clippy::mut_from_ref)] // The promise above is what `&mut self` would check.
     pub unsafe fn owned(&self) -> &mut T {

@@ -1,12 +1,13 @@
 //! USART1, the protocol's line: bytes in by interrupt, bytes out by interrupt and by polling.
 //!
 //! Receiving: the interrupt takes each byte within its 87 us at 115200 baud and hands it on. Sending: the
-//! foreground puts whole answers into a ring; the interrupt empties it when the transmitter is free. The foreground
-//! also polls, so that sending goes on where the transmitter raises no interrupt (QEMU 7.2).
+//! foreground puts bytes into a ring; the interrupt empties it when the transmitter is free. The foreground polls as
+//! well, which starts the sending, and keeps it up where the transmitter raises no interrupt (QEMU 7.2).
 
 use core::cell::RefCell;
 use critical_section::Mutex;
 use heapless::Deque;
+use hexstep::protocol::Receiver;
 use stm32f4::stm32f407::{self as chip, interrupt};
 
 use super::clock::Clock;
@@ -14,15 +15,14 @@ use super::handover::Handover;
 use super::pins::Pin;
 use super::priority;
 
-/// Bytes that may wait to be sent: more than the longest burst of answers between two turns of the foreground.
-const CAPACITY: usize = 2048;
+/// Bytes that may wait to be sent. The controller keeps its answers until there is room, so this only has to bridge
+/// the time between two turns of the foreground: 64 bytes are 5.5 ms.
+const CAPACITY: usize = 64;
 /// Alternate function 7 is USART1 to USART3 on every pin that has it.
 const USART_FUNCTION: u32 = 7;
 const BAUD: u32 = 115_200;
 
-pub type Receiver = heapless::spsc::Producer<'static, u8>;
-
-static RECEIVER: Handover<Receiver> = Handover::new();
+static RECEIVER: Handover<Receiver<'static>> = Handover::new();
 
 static WAITING: Mutex<RefCell<Deque<u8, CAPACITY>>> = Mutex::new(RefCell::new(Deque::new()));
 
@@ -33,7 +33,7 @@ pub fn start(
     nvic: &mut chip::NVIC,
     clock: &Clock,
     (transmit, receive): (Pin, Pin),
-    receiver: Receiver,
+    receiver: Receiver<'static>,
 ) {
     // SAFETY: the interrupt is enabled further down, and once, because the peripheral is handed over.
     unsafe { RECEIVER.give(receiver) };
@@ -57,15 +57,9 @@ pub fn start(
     }
 }
 
-/// Queues `bytes` for sending, all or none. `false` if they do not fit now; never waits.
-pub fn send(bytes: &[u8]) -> bool {
-    let fits = critical_section::with(|token| {
-        let mut waiting = WAITING.borrow(token).borrow_mut();
-        bytes.len() <= CAPACITY - waiting.len()
-            && bytes.iter().all(|&byte| waiting.push_back(byte).is_ok())
-    });
-    poll();
-    fits
+/// Queues `byte` for sending; `false` while there is no room. Never waits.
+pub fn send(byte: u8) -> bool {
+    critical_section::with(|token| WAITING.borrow(token).borrow_mut().push_back(byte).is_ok())
 }
 
 /// Moves one waiting byte to the transmitter if that is free. Never waits.
@@ -97,7 +91,7 @@ fn USART1() {
         let byte = usart.dr().read().bits() as u8;
         // SAFETY: called by this handler alone, which `start` enables after the value is in place.
         let receiver = unsafe { RECEIVER.owned() };
-        let _ = receiver.enqueue(byte);
+        receiver.receive(byte);
     }
     poll();
 }

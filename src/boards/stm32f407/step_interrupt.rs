@@ -8,7 +8,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
 use hexstep::stepper::port::PinAt;
-use hexstep::stepper::{Interpolator, RegisterPort, SetResetRegister, StepTimer};
+use hexstep::stepper::{Interpolator, RegisterPort, SetResetRegister, StepMode, StepTimer};
 
 use super::handover::Handover;
 use super::pins::{BoardPins, Pin, Port, SetReset};
@@ -67,6 +67,21 @@ pub fn start(
     timer.clear_current();
     timer.enable_interrupt();
     timer.enable_counter();
+}
+
+/// Changes the step mode of the interpolator; with the motors at rest only, since ticks stand still meanwhile.
+pub fn set_mode(mode: StepMode) {
+    const TICK_INTERRUPT: u32 = 1 << 1;
+    // SAFETY: after `start` the timer's control register is written here alone; the handler writes the reload register.
+    unsafe { (*SYST::PTR).csr.modify(|bits| bits & !TICK_INTERRUPT) };
+    // A wrap just before may have left the interrupt pending; it would then run once more.
+    SCB::clear_pendst();
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    // SAFETY: the handler cannot run: its interrupt is off and not pending. The reference ends before it is on again.
+    unsafe { CONTEXT.owned() }.interpolator.set_mode(mode);
+    // SAFETY: as above; the register is as `start` left it but for this bit.
+    unsafe { (*SYST::PTR).csr.modify(|bits| bits | TICK_INTERRUPT) };
 }
 
 /// Step interrupt. Deadline: the present period, 240 counts at the highest rate. Cost: see `cargo xtask bench`,

@@ -1,0 +1,5 @@
+//! Words of a line -> what is to be done: letters with numbers, all or nothing.
+
+pub mod drill;
+
+pub use drill::{DrillWords, Refusal};

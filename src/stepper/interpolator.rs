@@ -184,16 +184,18 @@ impl<'a, const N: usize> Interpolator<'a, N> {
         }
         shared.remaining.store(remaining, Relaxed);
 
-        let mut steps = 0u32;
-        for channel in self.channels.iter_mut().rev() {
-            // One 64-bit addition, (steps : acc) + (steps : inc): the low half is the accumulator, and its carry is shifted
-            // into the mask from the right. Two instructions on the target. Last motor first: motor 0 ends in bit 0.
-            let sum = join(steps, channel.accumulator).wrapping_add(join(steps, channel.increment));
-            channel.accumulator = sum as u32;
-            steps = (sum >> 32) as u32;
-            // One motor after the other: fetching them all ahead would need registers that must be saved first.
-            compiler_fence(SeqCst);
-        }
+        // Written out, because a loop would be left one where the rest is compiled for size. Last motor first: motor 0 ends
+        // in bit 0.
+        let mut steps = 0;
+        let channels = &mut self.channels;
+        for_channel(channels.get_mut(7), &mut steps);
+        for_channel(channels.get_mut(6), &mut steps);
+        for_channel(channels.get_mut(5), &mut steps);
+        for_channel(channels.get_mut(4), &mut steps);
+        for_channel(channels.get_mut(3), &mut steps);
+        for_channel(channels.get_mut(2), &mut steps);
+        for_channel(channels.get_mut(1), &mut steps);
+        for_channel(channels.get_mut(0), &mut steps);
         self.levels = (self.levels & self.kept) ^ steps;
     }
 
@@ -280,6 +282,21 @@ impl<'a, const N: usize> Interpolator<'a, N> {
             left >>= 1;
         }
     }
+}
+
+/// Adds a motor's increment and shifts the carry into the mask of steps; nothing for a motor that does not exist.
+#[inline(always)]
+fn for_channel(channel: Option<&mut Channel>, steps: &mut u32) {
+    let Some(channel) = channel else {
+        return;
+    };
+    // One 64-bit addition, (steps : acc) + (steps : inc): the low half is the accumulator, and its carry is shifted
+    // into the mask from the right. Two instructions on the target.
+    let sum = join(*steps, channel.accumulator).wrapping_add(join(*steps, channel.increment));
+    channel.accumulator = sum as u32;
+    *steps = (sum >> 32) as u32;
+    // One motor after the other: fetching them all ahead would need registers that must be saved first.
+    compiler_fence(SeqCst);
 }
 
 #[inline(always)]

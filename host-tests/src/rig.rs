@@ -166,6 +166,6 @@ pub fn simulate<const N: usize, E>(
     Ok(Outcome {
         trace,
         counts: segmenter.counts(),
-        starved: shared.starvations(),
+        starved: shared.starved(),
     })
 }

@@ -3,10 +3,10 @@
 //! Lengths in mm, angles in degrees, here and nowhere below. A word changes one parameter; the line takes effect only if
 //! the drill can be ground with all of them.
 
+use super::words::number;
 use crate::cycles::drill_point::{Cycle, Drill, DrillPointError, Parameters, Passes, Variant};
 use crate::machines::drill_grinder::{DrillGrinder, StructureError};
 use crate::math::Real;
-use crate::protocol::system::number;
 use core::fmt::{self, Write};
 
 /// A parameter: its letter, its name and its default, which is the first example of Li & Chen.

@@ -2,6 +2,7 @@
 
 use super::Line;
 use crate::error::Error;
+use crate::program::words::{number, number64, whole};
 use crate::settings::AXES;
 use crate::stepper::Preset;
 
@@ -82,26 +83,4 @@ fn counts(text: &str) -> Result<Command<'_>, Error> {
         }),
         Some(_) => Err(Error::BadNumber),
     }
-}
-
-/// A decimal number with sign and point; no exponent, no names of numbers.
-pub fn number(text: &str) -> Option<f32> {
-    let value = decimal(text)?.parse::<f32>().ok()?;
-    value.is_finite().then_some(value)
-}
-
-fn number64(text: &str) -> Option<f64> {
-    let value = decimal(text)?.parse::<f64>().ok()?;
-    value.is_finite().then_some(value)
-}
-
-fn decimal(text: &str) -> Option<&str> {
-    text.bytes()
-        .all(|b| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.'))
-        .then_some(text)
-}
-
-/// A whole number with sign.
-pub fn whole(text: &str) -> Option<i32> {
-    text.parse().ok()
 }

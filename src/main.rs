@@ -43,9 +43,10 @@ fn main() -> ! {
         &SHARED,
     ));
     loop {
-        controller.poll();
+        let moved = controller.poll();
         controller.board.poll();
-        // A turn of the pipe for each tick is many times what it needs.
-        controller.board.sleep();
+        if !moved {
+            controller.board.sleep();
+        }
     }
 }

@@ -197,7 +197,34 @@ impl Emulator {
         }
     }
 
-    /// Waits until the core stands still or `limit` has passed, and ends the emulator; its complete recording.
+    /// Waits until `is_reached` holds of the recording; `what` names it in the error.
+    pub fn wait_for(
+        &self,
+        what: &str,
+        limit: Duration,
+        is_reached: impl Fn(&Recording) -> bool,
+    ) -> Result<(), EmulatorError> {
+        let end = Instant::now() + limit;
+        loop {
+            let reached = match self.recording.lock() {
+                Ok(recording) => is_reached(&recording),
+                Err(poisoned) => is_reached(&poisoned.into_inner()),
+            };
+            if reached {
+                return Ok(());
+            }
+            if Instant::now() > end {
+                return Err(self.explain(EmulatorError::Timeout {
+                    waited_for: what.to_string(),
+                    limit,
+                    seen: Vec::new(),
+                }));
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Ends the emulator; its recording, complete to the last store.
     pub fn finish(mut self) -> Result<Recording, EmulatorError> {
         self.process.end()?;
         Ok(self.take_recording())

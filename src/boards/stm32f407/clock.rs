@@ -46,8 +46,6 @@ impl ClockFault {
 /// What the clock start came to.
 #[derive(Clone, Copy)]
 pub struct Clock {
-    /// Core clock [Hz].
-    pub core_hz: u32,
     /// Clock of the bus of USART1 [Hz].
     pub apb2_hz: u32,
     /// Clock of the bus of USART2 [Hz].
@@ -61,7 +59,6 @@ impl Clock {
     pub fn start(rcc: &chip::RCC, flash: &chip::FLASH, pwr: &chip::PWR, crystal_hz: u32) -> Self {
         match Self::start_pll(rcc, flash, pwr, crystal_hz) {
             Ok(()) => Self {
-                core_hz: CORE_HZ,
                 apb2_hz: CORE_HZ / 2,
                 apb1_hz: CORE_HZ / 4,
                 fault: None,
@@ -70,7 +67,6 @@ impl Clock {
                 rcc.cfgr()
                     .modify(|_, w| w.sw().hsi().ppre1().div1().ppre2().div1());
                 Self {
-                    core_hz: INTERNAL_HZ,
                     apb2_hz: INTERNAL_HZ,
                     apb1_hz: INTERNAL_HZ,
                     fault: Some(fault),

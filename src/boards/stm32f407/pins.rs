@@ -52,11 +52,6 @@ impl Pin {
         SetReset::of(self.port).store(1 << (u32::from(self.number) + half));
     }
 
-    /// The level at the pin now.
-    pub fn is_high(self) -> bool {
-        self.port.registers().idr().read().bits() & (1 << self.number) != 0
-    }
-
     /// Push-pull output at `level`. The level is written before the mode, so the pin never shows another one.
     fn make_output(self, level: bool) {
         self.write(level);

@@ -77,7 +77,8 @@ fn folder(built: &Path) -> Outcome<PathBuf> {
 pub fn write_image(elf: &Path) -> Outcome<PathBuf> {
     let read = Elf::read(elf).map_err(|error| error.to_string())?;
     let image = elf.with_extension("bin");
-    std::fs::write(&image, read.image()).map_err(|error| format!("{}: {error}", image.display()))?;
+    std::fs::write(&image, read.image())
+        .map_err(|error| format!("{}: {error}", image.display()))?;
     Ok(image)
 }
 

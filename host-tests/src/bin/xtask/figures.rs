@@ -34,7 +34,12 @@ impl Goal {
 }
 
 const fn figure(key: &'static str, unit: &'static str, goal: Goal, what: &'static str) -> Figure {
-    Figure { key, unit, goal, what }
+    Figure {
+        key,
+        unit,
+        goal,
+        what,
+    }
 }
 
 use Goal::{AtLeast, AtMost, None};
@@ -86,7 +91,13 @@ impl Measured {
         println!("{:42} {:>14} {:>14}  unit", "figure", "value", "goal");
         for figure in FIGURES {
             let Some(&value) = self.0.get(figure.key) else {
-                println!("{:42} {:>14} {:>14}  {}", figure.key, "not measured", goal(figure.goal), figure.unit);
+                println!(
+                    "{:42} {:>14} {:>14}  {}",
+                    figure.key,
+                    "not measured",
+                    goal(figure.goal),
+                    figure.unit
+                );
                 missed.push(figure.key);
                 continue;
             };
@@ -97,7 +108,11 @@ impl Measured {
             let mark = if met { ' ' } else { '!' };
             println!(
                 "{:42} {:>14}{mark}{:>14}  {}: {}",
-                figure.key, number(value), goal(figure.goal), figure.unit, figure.what
+                figure.key,
+                number(value),
+                goal(figure.goal),
+                figure.unit,
+                figure.what
             );
         }
         missed

@@ -10,7 +10,9 @@ use std::process::Command;
 pub fn task(board: Board, bootloader: bool) -> Outcome<()> {
     let elf = firmware(board, FIRMWARE, bootloader)?;
     let image = write_image(&elf)?;
-    let start = Elf::read(&elf).map_err(|error| error.to_string())?.flash_start();
+    let start = Elf::read(&elf)
+        .map_err(|error| error.to_string())?
+        .flash_start();
     let mut tools = [
         probe_rs(board, &elf),
         st_flash(&image, start),
@@ -22,8 +24,13 @@ pub fn task(board: Board, bootloader: bool) -> Outcome<()> {
             return run(command);
         }
     }
-    let ways: Vec<String> = tools.iter().map(|command| format!("    {}", shown(command))).collect();
-    let mut text = String::from("none of probe-rs, st-flash, openocd is installed. Any of these writes the firmware:\n");
+    let ways: Vec<String> = tools
+        .iter()
+        .map(|command| format!("    {}", shown(command)))
+        .collect();
+    let mut text = String::from(
+        "none of probe-rs, st-flash, openocd is installed. Any of these writes the firmware:\n",
+    );
     text += &ways.join("\n");
     text += "\nor build with --bootloader and copy the image to the SD card as firmware.bin";
     Err(text)
@@ -31,20 +38,31 @@ pub fn task(board: Board, bootloader: bool) -> Outcome<()> {
 
 fn probe_rs(board: Board, elf: &Path) -> Command {
     let mut command = Command::new("probe-rs");
-    command.args(["download", "--verify", "--chip", board.probe_chip()]).arg(elf);
+    command
+        .args(["download", "--verify", "--chip", board.probe_chip()])
+        .arg(elf);
     command
 }
 
 fn st_flash(image: &Path, start: u32) -> Command {
     let mut command = Command::new("st-flash");
-    command.args(["--reset", "write"]).arg(image).arg(format!("{start:#010x}"));
+    command
+        .args(["--reset", "write"])
+        .arg(image)
+        .arg(format!("{start:#010x}"));
     command
 }
 
 fn openocd(board: Board, elf: &Path) -> Command {
     let mut command = Command::new("openocd");
     command
-        .args(["-f", "interface/stlink.cfg", "-f", board.openocd_target(), "-c"])
+        .args([
+            "-f",
+            "interface/stlink.cfg",
+            "-f",
+            board.openocd_target(),
+            "-c",
+        ])
         .arg(format!("program {} verify reset exit", elf.display()));
     command
 }

@@ -5,7 +5,10 @@ use super::run::{Outcome, is_installed, run};
 use std::process::Command;
 
 /// Programs and the Debian package each comes in.
-const PROGRAMS: [(&str, &str); 2] = [("qemu-system-arm", "qemu-system-arm"), ("cc", "gcc libc6-dev")];
+const PROGRAMS: [(&str, &str); 2] = [
+    ("qemu-system-arm", "qemu-system-arm"),
+    ("cc", "gcc libc6-dev"),
+];
 
 /// Installs what is missing, or says how.
 pub fn everything() -> Outcome<()> {
@@ -34,10 +37,16 @@ pub fn everything() -> Outcome<()> {
 
 /// The target's core library, by rustup; another installation of Rust may bring it along.
 fn target() -> Outcome<()> {
-    let Ok(output) = Command::new("rustup").args(["target", "list", "--installed"]).output() else {
+    let Ok(output) = Command::new("rustup")
+        .args(["target", "list", "--installed"])
+        .output()
+    else {
         return Ok(());
     };
-    if String::from_utf8_lossy(&output.stdout).lines().any(|line| line == TARGET) {
+    if String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .any(|line| line == TARGET)
+    {
         return Ok(());
     }
     run(Command::new("rustup").args(["target", "add", TARGET]))

@@ -16,7 +16,11 @@ pub fn task() -> Outcome<()> {
         println!("\n== {name}");
         let start = Instant::now();
         let result = run(command);
-        println!("== {name}: {} ({:.0} s)", if result.is_ok() { "passed" } else { "FAILED" }, start.elapsed().as_secs_f32());
+        println!(
+            "== {name}: {} ({:.0} s)",
+            if result.is_ok() { "passed" } else { "FAILED" },
+            start.elapsed().as_secs_f32()
+        );
         if result.is_err() {
             failed.push(name);
         }
@@ -24,13 +28,27 @@ pub fn task() -> Outcome<()> {
     step("format", cargo().args(["fmt", "--all", "--", "--check"]));
     step(
         "lints, host",
-        cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
+        cargo().args([
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--",
+            "-D",
+            "warnings",
+        ]),
     );
     step(
         "lints, target",
         cargo()
             .args(["clippy", "--package", "hexstep", "--bins", "--lib"])
-            .args(["--profile", "firmware", "--target", TARGET, "--features", Board::SkrPro.feature()])
+            .args([
+                "--profile",
+                "firmware",
+                "--target",
+                TARGET,
+                "--features",
+                Board::SkrPro.feature(),
+            ])
             .args(["--", "-D", "warnings"]),
     );
     step(
@@ -39,7 +57,10 @@ pub fn task() -> Outcome<()> {
             .args(["doc", "--workspace", "--no-deps"])
             .env("RUSTDOCFLAGS", "-D warnings"),
     );
-    step("documentation examples", cargo().args(["test", "--package", "hexstep", "--doc"]));
+    step(
+        "documentation examples",
+        cargo().args(["test", "--package", "hexstep", "--doc"]),
+    );
     step(
         "tests, with the firmware in the emulator",
         cargo()

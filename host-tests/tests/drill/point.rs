@@ -285,6 +285,12 @@ fn process_parameters_out_of_range_are_refused_before_anything_moves() {
         Cycle::new(&lost).map(|_| ()),
         Err(DrillPointError::NotFinite(Field::Touch))
     );
+    let mut slow = good;
+    slow.infeed_speed = 1e-310;
+    assert_eq!(
+        Cycle::new(&slow).map(|_| ()),
+        Err(DrillPointError::OutOfRange(Field::InfeedSpeed))
+    );
     let mut endless = good;
     endless.passes.rough_depth = 1e-9;
     assert_eq!(

@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 pub use counter::{Counter, Tally};
 pub use elf::Elf;
 pub use error::EmulatorError;
-pub use pins::{Change, PinMap, Recording, SKR_PRO};
+pub use pins::{Change, PinMap, Pulse, Pulses, Recording, SKR_PRO};
 
 use process::Process;
 use serial::Serial;
@@ -66,6 +66,11 @@ impl Options {
 /// The firmware to test as named by the environment variable `HEXSTEP_FIRMWARE`; `None` when that is not set.
 pub fn firmware_from_environment() -> Option<PathBuf> {
     std::env::var_os("HEXSTEP_FIRMWARE").map(PathBuf::from)
+}
+
+/// The same firmware, linked behind the board's bootloader: `HEXSTEP_FIRMWARE_BOOTLOADER`.
+pub fn image_from_environment() -> Option<PathBuf> {
+    std::env::var_os("HEXSTEP_FIRMWARE_BOOTLOADER").map(PathBuf::from)
 }
 
 /// A running emulator. Ends with this value.

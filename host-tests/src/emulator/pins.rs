@@ -4,6 +4,7 @@
 //! once a tick. What counts is the state of the pins at the end of each tick.
 
 use super::counter::{Cost, Counter, Tally};
+use crate::trace::{self, Trace};
 use std::ops::Range;
 
 /// A pin as its port's letter and its number there, e.g. `('E', 9)`.
@@ -36,7 +37,7 @@ pub const SKR_PRO: PinMap = PinMap {
 };
 
 /// State of all pins at the end of a tick in which one of them changed. Bit i is motor i.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     /// Number of the tick, from the start of the recording.
     pub tick: u64,
@@ -61,7 +62,8 @@ pub struct Recording {
     /// The port whose store begins a tick.
     first_port: usize,
     levels: [u16; PORTS],
-    /// Last recorded state.
+    /// The pins when the recording began, and as last recorded.
+    start: Change,
     last: Change,
     tick: u64,
     /// Stores to step pins in the tick under way, and the most there were in one tick on one port.
@@ -87,12 +89,8 @@ impl Recording {
             step_masks,
             first_port,
             levels: [0; PORTS],
-            last: Change {
-                tick: 0,
-                levels: 0,
-                directions: 0,
-                enabled: 0,
-            },
+            start: Change::default(),
+            last: Change::default(),
             tick: 0,
             stores: [0; PORTS],
             most_stores: 0,
@@ -124,20 +122,23 @@ impl Recording {
 
     /// Ticks from the first change of a step pin to the last one, that one included; empty if nothing stepped.
     pub fn motion(&self) -> Range<u64> {
-        let mut levels = None;
+        let mut levels = self.start.levels;
         let mut range = 0..0;
         for change in &self.changes {
-            if levels.is_some_and(|before| before != change.levels)
-                || (levels.is_none() && change.levels != 0)
-            {
+            if change.levels != levels {
                 if range.is_empty() {
                     range.start = change.tick;
                 }
                 range.end = change.tick + 1;
             }
-            levels = Some(change.levels);
+            levels = change.levels;
         }
         range
+    }
+
+    /// The pulses, to be compared with others.
+    pub fn pulses(&self) -> Pulses {
+        Pulses::new(self.start, self.changes.iter().copied())
     }
 
     /// What the step interrupt cost in each tick of `ticks`; needs the counter.
@@ -155,7 +156,7 @@ impl Recording {
     /// Steps of each motor from start to end, forward positive; `both_edges` counts falling edges as steps too.
     pub fn positions(&self, both_edges: bool) -> [i64; MOTORS] {
         let mut positions = [0; MOTORS];
-        let mut before = 0;
+        let mut before = self.start.levels;
         for change in &self.changes {
             let mut stepping = change.levels & !before;
             if both_edges {
@@ -186,6 +187,10 @@ impl Recording {
     fn clone_without_history(&self) -> Self {
         Self {
             tick: 0,
+            start: Change {
+                tick: 0,
+                ..self.last
+            },
             last: Change {
                 tick: 0,
                 ..self.last
@@ -313,23 +318,80 @@ fn decimal(text: &[u8]) -> u64 {
         })
 }
 
-/// The changes of step and direction pins, ticks counted from the first change of a step pin; what came before it is
-/// told by the directions of that first one. Two runs are equal tick for tick if these are equal.
-pub fn from_first_edge(changes: &[Change]) -> Vec<(u64, u8, u8)> {
-    let mut first = None;
-    let mut before = (0, 0);
-    let mut relative = Vec::new();
-    for change in changes {
-        let now = (change.levels, change.directions);
-        if first.is_none() && change.levels != 0 {
-            first = Some(change.tick);
+/// Every change of step and direction pins from the first step on, ticks counted from there. Two runs are equal tick
+/// for tick if these are equal; how long a machine rested before cannot matter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pulses(Vec<Pulse>);
+
+/// The pins at the end of a tick in which one of them changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pulse {
+    /// Ticks since the first step.
+    pub tick: u64,
+    pub levels: u8,
+    pub directions: u8,
+}
+
+impl Pulses {
+    fn new(start: Change, changes: impl Iterator<Item = Change>) -> Self {
+        let mut pulses = Vec::new();
+        let mut first = None;
+        let mut before = (start.levels, start.directions);
+        for change in changes {
+            if first.is_none() && change.levels != before.0 {
+                first = Some(change.tick);
+            }
+            let now = (change.levels, change.directions);
+            if let (Some(first), true) = (first, now != before) {
+                pulses.push(Pulse {
+                    tick: change.tick - first,
+                    levels: now.0,
+                    directions: now.1,
+                });
+            }
+            before = now;
         }
-        if let Some(first) = first
-            && now != before
-        {
-            relative.push((change.tick - first, now.0, now.1));
-        }
-        before = now;
+        Self(pulses)
     }
-    relative
+
+    /// The pulses that a machine in memory has made.
+    pub fn of_trace<const N: usize>(trace: &Trace<N>) -> Self {
+        let mut now = Change::default();
+        let mut start = now;
+        let mut changes: Vec<Change> = Vec::new();
+        for event in trace.events() {
+            now.tick = event.tick;
+            match event.change {
+                trace::Change::Levels(levels) => now.levels = levels,
+                trace::Change::Directions(directions) => now.directions = directions,
+                trace::Change::Enable(_) => {}
+            }
+            // Tick 0 is how the pins stood before.
+            if event.tick == 0 {
+                start = now;
+                continue;
+            }
+            match changes.last_mut() {
+                Some(last) if last.tick == now.tick => *last = now,
+                _ => changes.push(now),
+            }
+        }
+        Self::new(start, changes.into_iter())
+    }
+
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Where the two part, with what each shows there; `None` if they are equal.
+    pub fn first_difference(&self, other: &Self) -> Option<(usize, Option<Pulse>, Option<Pulse>)> {
+        let longest = self.0.len().max(other.0.len());
+        (0..longest)
+            .map(|i| (i, self.0.get(i).copied(), other.0.get(i).copied()))
+            .find(|(_, ours, theirs)| ours != theirs)
+    }
 }

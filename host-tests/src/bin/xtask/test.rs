@@ -10,6 +10,7 @@ use std::time::Instant;
 pub fn task() -> Outcome<()> {
     install::everything()?;
     let elf = firmware(Board::SkrPro, FIRMWARE, false)?;
+    let behind_bootloader = firmware(Board::SkrPro, FIRMWARE, true)?;
 
     let mut failed = Vec::new();
     let mut step = |name: &'static str, command: &mut Command| {
@@ -65,7 +66,8 @@ pub fn task() -> Outcome<()> {
         "tests, with the firmware in the emulator",
         cargo()
             .args(["test", "--package", "host-tests", "--no-fail-fast"])
-            .env("HEXSTEP_FIRMWARE", &elf),
+            .env("HEXSTEP_FIRMWARE", &elf)
+            .env("HEXSTEP_FIRMWARE_BOOTLOADER", &behind_bootloader),
     );
     if failed.is_empty() {
         println!("\nall passed");

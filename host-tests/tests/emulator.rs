@@ -11,13 +11,38 @@ use hexstep_host::machine;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// A small cycle: both flanks, two passes, one spark-out.
-const SHORT: &str = "$DRILL=D9.9,W1.63,P118,C50,R10,F30,S0.03,A0.02,B0.01,N1,K1,V120,I20,Q2";
+/// A machine with a fifth of the usual resolution and ten times the usual acceleration, so that a cycle is done in a
+/// million ticks and still has rates of 100 000 steps/s.
+const COARSE: [&str; 18] = [
+    "$100=200",
+    "$101=200",
+    "$102=200",
+    "$103=400",
+    "$104=400",
+    "$105=400",
+    "$110=15000",
+    "$111=15000",
+    "$112=15000",
+    "$113=18000",
+    "$114=18000",
+    "$115=18000",
+    "$120=4000",
+    "$121=4000",
+    "$122=4000",
+    "$123=4000",
+    "$124=4000",
+    "$125=4000",
+];
+/// A small cycle: both flanks, two passes.
+const SHORT: &str = "$DRILL=D9.9,W1.63,P118,C50,R10,F30,S0.03,A0.02,B0.01,N1,K0,V300,I100,Q2";
+/// Where it leaves the motors of the coarse machine: retracted by 3 mm at mu = -2 deg, flank 1 in front; a fifth of
+/// 2543, 3049, 157, 100, -1997, 3463.
+const AFTER_SHORT: [i64; 8] = [509, 610, 31, 20, -399, 693, 0, 0];
 /// The emulator has no crystal, so the firmware must be told that it may move all the same.
 const ALLOW: &str = "$1012=1";
 const SOON: Duration = Duration::from_secs(30);
 /// For a job of some seconds of machine time on a busy computer.
-const JOB: Duration = Duration::from_secs(300);
+const JOB: Duration = Duration::from_secs(900);
 
 fn firmware() -> Option<PathBuf> {
     let firmware = firmware_from_environment();
@@ -188,15 +213,16 @@ fn a_drill_cycle_makes_the_pulses_of_the_host_tick_for_tick() {
     let Some(firmware) = firmware() else { return };
     let mut emulator = boot_for_motion(firmware);
 
-    let recordings = assert_equal_pulses(&mut emulator, &[SHORT, "$DRILL=RUN"]);
+    let recordings = assert_equal_pulses(
+        &mut emulator,
+        &[&COARSE[..], &[SHORT, "$DRILL=RUN"]].concat(),
+    );
 
     let report = emulator.status(SOON).unwrap();
-    assert_eq!(
-        recordings[1].positions(false),
-        [2543, 3049, 157, 100, -1997, 3463, 0, 0]
-    );
+    assert_eq!(recordings.last().unwrap().positions(false), AFTER_SHORT);
+    // Steps over 200 a mm and 400 a degree; -399 and 693 steps lie on the half of a thousandth.
     assert!(
-        report.starts_with("<Idle|MPos:2.543,3.049,0.157,0.050,-0.998,1.732|"),
+        report.starts_with("<Idle|MPos:2.545,3.050,0.155,0.050,-0.997,1.732|"),
         "{report}"
     );
 }
@@ -206,26 +232,16 @@ fn reversals_at_low_and_at_high_rate_are_those_of_the_host() {
     let Some(firmware) = firmware() else { return };
     let mut emulator = boot_for_motion(firmware);
 
-    // A stroke goes there and back on every motor: slow, at a few hundred steps a second; then with ten times the
-    // acceleration at up to the highest rate the drivers take.
-    assert_equal_pulses(
-        &mut emulator,
-        &[
-            "$DRILL=S0.02,A0.02,B0.01,N0,K0,V20,I2,Q2,E0.2",
-            "$DRILL=RUN",
-            "$120=4000",
-            "$121=4000",
-            "$122=4000",
-            "$123=4000",
-            "$124=4000",
-            "$125=4000",
-            "$110=9000",
-            "$111=9000",
-            "$112=9000",
-            "$DRILL=S0.02,A0.02,B0.01,N0,K3,V300,I100,Q4,E3",
-            "$DRILL=RUN",
-        ],
-    );
+    // A stroke goes there and back on every motor: once at a few thousand steps a second, once at up to 100 000.
+    let slow = [
+        "$DRILL=S0.01,A0.02,B0.01,N0,K0,V30,I5,Q2,E0.2",
+        "$DRILL=RUN",
+    ];
+    let fast = [
+        "$DRILL=S0.02,A0.02,B0.01,N0,K0,V300,I20,Q2,E0.2",
+        "$DRILL=RUN",
+    ];
+    assert_equal_pulses(&mut emulator, &[&COARSE[..], &slow, &fast].concat());
 }
 
 #[test]
@@ -297,6 +313,9 @@ fn any_bytes_at_all_leave_a_machine_that_answers() {
 fn a_soft_reset_in_motion_stops_the_motors_and_keeps_their_count() {
     let Some(firmware) = firmware() else { return };
     let mut emulator = boot_for_motion(firmware);
+    for line in COARSE {
+        assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
+    }
     assert_eq!(ask(&mut emulator, SHORT), ["ok"]);
     emulator.take_recording();
 
@@ -315,14 +334,14 @@ fn a_soft_reset_in_motion_stops_the_motors_and_keeps_their_count() {
 
     assert!(lines.iter().any(|line| line == "ALARM:3"), "{lines:?}");
     assert!(report.starts_with("<Alarm|MPos:"), "{report}");
-    // Default resolution: 1000 steps/mm and 2000 steps/deg. The report tells the fraction of a step as well.
+    // The report tells the fraction of a step as well.
     let positions = moved.positions(false);
     for (motor, text) in report["<Alarm|MPos:".len()..]
         .split(['|', ','])
         .take(6)
         .enumerate()
     {
-        let steps = text.parse::<f64>().unwrap() * if motor < 3 { 1000.0 } else { 2000.0 };
+        let steps = text.parse::<f64>().unwrap() * if motor < 3 { 200.0 } else { 400.0 };
         assert!(
             (steps - positions[motor] as f64).abs() <= 1.5,
             "motor {motor}: {} steps put out, {text} reported",
@@ -341,7 +360,7 @@ fn a_soft_reset_in_motion_stops_the_motors_and_keeps_their_count() {
     emulator.expect_idle(JOB).unwrap();
     let rest = emulator.take_recording().positions(false);
     let sum: Vec<i64> = positions.iter().zip(rest).map(|(a, b)| a + b).collect();
-    assert_eq!(sum, [2543, 3049, 157, 100, -1997, 3463, 0, 0]);
+    assert_eq!(sum, AFTER_SHORT);
 }
 
 #[test]

@@ -73,6 +73,9 @@ pub fn image_from_environment() -> Option<PathBuf> {
     std::env::var_os("HEXSTEP_FIRMWARE_BOOTLOADER").map(PathBuf::from)
 }
 
+/// Time for one answer on a busy computer.
+const ANSWER: Duration = Duration::from_secs(30);
+
 /// A running emulator. Ends with this value.
 pub struct Emulator {
     serial: Serial,
@@ -149,7 +152,7 @@ impl Emulator {
 
     /// Waits for the start-up banner; the lines before it and itself.
     pub fn expect_banner(&mut self) -> Result<Vec<String>, EmulatorError> {
-        self.expect("banner `Grbl ...`", Duration::from_secs(20), |line| {
+        self.expect("banner `Grbl ...`", ANSWER, |line| {
             line.starts_with("Grbl ")
         })
     }
@@ -176,7 +179,7 @@ impl Emulator {
         let end = Instant::now() + limit;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let report = self.status(left.max(Duration::from_millis(1)))?;
+            let report = self.status(ANSWER)?;
             if report.starts_with("<Idle") {
                 return Ok(report);
             }

@@ -181,6 +181,10 @@ impl Drop for Process {
     }
 }
 
+/// Pause between two looks at the log. QEMU writes some 40 lines in it, of the 800 that the pipe holds; waking up for each
+/// of them would take both sides more time than all the rest.
+const PAUSE: Duration = Duration::from_millis(1);
+
 /// Reads QEMU's log until it ends: stores to pins and counts into `recording`, QEMU's own words into `said`.
 fn read_log(log: ChildStderr, recording: &Mutex<Recording>, said: &Mutex<Vec<String>>) {
     let mut log = BufReader::with_capacity(1 << 16, log);
@@ -203,5 +207,7 @@ fn read_log(log: ChildStderr, recording: &Mutex<Recording>, said: &Mutex<Vec<Str
                 said.drain(..surplus);
             }
         }
+        drop(recording);
+        thread::sleep(PAUSE);
     }
 }

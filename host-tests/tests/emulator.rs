@@ -430,6 +430,69 @@ fn a_panic_in_motion_ends_with_drivers_off_and_step_pins_low() {
     assert_safe_state(firmware, "[MSG:Panic", Register::ProgramCounter, *panic);
 }
 
+/// Undoes the framing of defmt's log frames (reverse-zero-compressing COBS): read from the end, a byte tells which of
+/// the seven bytes before it are zeros, or how many are none.
+fn unframe(frame: &[u8]) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut rest = frame.iter().rev().copied();
+    while let Some(code) = rest.next() {
+        match code {
+            0 => return None,
+            1..=0x7f => {
+                for bit in (0..7).rev() {
+                    bytes.push(if code >> bit & 1 == 0 {
+                        rest.next()?
+                    } else {
+                        0
+                    });
+                }
+            }
+            0x80..=0xfe => {
+                bytes.push(0);
+                for _ in 0..(code & 0x7f) + 7 {
+                    bytes.push(rest.next()?);
+                }
+            }
+            0xff => {
+                for _ in 0..134 {
+                    bytes.push(rest.next()?);
+                }
+            }
+        }
+    }
+    bytes.reverse();
+    Some(bytes)
+}
+
+#[test]
+fn the_log_tells_the_board_the_clock_and_the_drivers_in_whole_frames() {
+    let Some(firmware) = firmware() else { return };
+    let log = std::env::temp_dir().join(format!("hexstep-log-{}", std::process::id()));
+    let mut options = Options::new(firmware);
+    options.log = Some(log.clone());
+    let mut emulator = Emulator::boot(&options).unwrap();
+    emulator.expect_banner().unwrap();
+
+    assert_eq!(ask(&mut emulator, ALLOW), ["ok"]);
+    assert_eq!(ask(&mut emulator, "$SEG=5,0,0,0,0,0,0.01"), ["ok"]);
+    emulator.expect_idle(SOON).unwrap();
+    emulator.finish().unwrap();
+    let bytes = std::fs::read(&log).unwrap();
+    std::fs::remove_file(&log).unwrap();
+
+    let frames: Vec<Vec<u8>> = bytes
+        .split(|byte| *byte == 0)
+        .filter(|frame| !frame.is_empty())
+        .map(|frame| unframe(frame).unwrap())
+        .collect();
+    assert_eq!(frames.len(), 2, "{frames:?}");
+    let text = String::from_utf8_lossy(&frames[0]);
+    assert!(text.contains("BTT SKR Pro v1.2"), "{text:?}");
+    assert!(text.contains("internal oscillator silent"), "{text:?}");
+    // The number of the message, then the answer: drivers on.
+    assert_eq!(frames[1].get(2), Some(&1), "{frames:?}");
+}
+
 #[test]
 fn the_image_behind_a_bootloader_starts_as_well() {
     let Some(image) = image_from_environment() else {

@@ -12,6 +12,7 @@
 
 pub mod answer;
 mod interp;
+mod precession;
 pub mod request;
 pub mod schema;
 
@@ -24,7 +25,7 @@ use serde_json::value::RawValue;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Every topic: one line each.
-const TOPICS: &[&[Function]] = &[interp::FUNCTIONS];
+const TOPICS: &[&[Function]] = &[interp::FUNCTIONS, precession::FUNCTIONS];
 
 /// One calculator.
 pub struct Function {

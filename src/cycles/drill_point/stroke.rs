@@ -2,7 +2,7 @@
 //!
 //! A point P of the flank, from the apex, is ground at mu = nu(P) - nu(corner), nu its angle about the cone's axis.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check};
 use super::flank::Flank;
 use super::solve::Cone;
 use crate::geometry::Vector;
@@ -51,18 +51,17 @@ impl<R: Real> Stroke<R> {
         heel_angle: R,
         over: R,
     ) -> Result<Self, DrillPointError<R>> {
-        for (field, angle) in [(Field::HeelAngle, heel_angle), (Field::Over, over)] {
-            if !angle.is_finite() {
-                return Err(DrillPointError::NotFinite(field));
-            }
-        }
         let right = R::PI * R::HALF;
-        if !(heel_angle >= R::ZERO && heel_angle <= R::PI) {
-            return Err(DrillPointError::OutOfRange(Field::HeelAngle));
-        }
-        if !(over >= R::ZERO && over <= right) {
-            return Err(DrillPointError::OutOfRange(Field::Over));
-        }
+        check(
+            &[(Field::HeelAngle, heel_angle), (Field::Over, over)],
+            &[
+                (
+                    Field::HeelAngle,
+                    heel_angle >= R::ZERO && heel_angle <= R::PI,
+                ),
+                (Field::Over, over >= R::ZERO && over <= right),
+            ],
+        )?;
         let (sin_phi, cos_phi) = cone.phi.sin_cos();
         let (sin, cos) = cone.omega.sin_cos();
         let e_w = Vector::new(cos_phi * cos, -cos_phi * sin, -sin_phi);

@@ -14,7 +14,7 @@
 use super::error::{Field, PrecessionError};
 use super::frame::{LEAST_SINE, axis, in_tangent_plane, taken_up, tool_frame};
 use super::parameters::{Drive, FeedAt, Process, Reference};
-use super::turn::{Steps, Turn, sin_cos_small};
+use super::turn::{Steps, Turn};
 use crate::geometry::{Pose, Rotation, Vector, Waypoint};
 use crate::math::Real;
 
@@ -361,7 +361,7 @@ impl<R: Real> Iterator for Stretch<R> {
         self.steps.advance();
         let count = R::of_i32(self.count as i32);
         let u = R::of_i32(self.done as i32) / count;
-        let (sin, cos) = turned_so_far(self.kappa * u);
+        let (sin, cos) = (self.kappa * u).sin_cos();
         let (ct, ck) = self.guide.at(sin, cos);
         let t = self.w * cos - self.n * sin;
         let frame = Rotation {
@@ -424,17 +424,6 @@ fn feed_guide<R: Real>(
 fn unit_pair<R: Real>(x: R, y: R) -> (R, R) {
     let scale = R::ONE / (x * x + y * y).sqrt();
     (x * scale, y * scale)
-}
-
-/// Sine and cosine of an angle in 0 ..= pi.
-fn turned_so_far<R: Real>(angle: R) -> (R, R) {
-    if angle == R::ZERO {
-        (R::ZERO, R::ONE)
-    } else if angle <= R::PI * R::HALF {
-        sin_cos_small(angle)
-    } else {
-        angle.sin_cos()
-    }
 }
 
 /// Angle between two unit vectors, accurate at both ends of its range [rad].

@@ -48,7 +48,7 @@ impl Turn {
         let high = R::of_i32((rest >> 32) as i32) * R::of(core::f64::consts::TAU / 4294967296.0);
         let low =
             R::of_i32((rest as u32 >> 1) as i32) * R::of(core::f64::consts::TAU * 2.0 / COUNTS);
-        let (sin, cos) = sin_cos_small(high + low);
+        let (sin, cos) = (high + low).sin_cos();
         match quarter & 3 {
             0 => (sin, cos),
             1 => (cos, -sin),
@@ -60,15 +60,6 @@ impl Turn {
     pub fn plus(self, other: Self) -> Self {
         Self(self.0.wrapping_add(other.0))
     }
-}
-
-/// Sine and cosine of an angle within +-90 deg [rad], from one sine: `s = sin(x/2)`, `sin x = 2 s sqrt(1 - s^2)`,
-/// `cos x = 1 - 2 s^2`. A square root is one instruction of the target, a second trigonometric function hundreds. Within
-/// the range the root stays above 0.7, so nothing is lost.
-pub(super) fn sin_cos_small<R: Real>(x: R) -> (R, R) {
-    let s = (x * R::HALF).sin();
-    let cos_half = (R::ONE - s * s).sqrt();
-    (R::TWO * s * cos_half, R::ONE - R::TWO * s * s)
 }
 
 /// A number in [0, 1) in units of 2^-64, sixteen bits at a time: each step is exact.

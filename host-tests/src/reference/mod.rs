@@ -1,0 +1,3 @@
+//! References in f64 that share no code with the library: what a result is compared with.
+
+pub mod grinding;

@@ -5,7 +5,9 @@
 //! job do not depend on how fast the foreground runs.
 
 use crate::board::Board;
+use crate::cycles::drill_point::Cycle;
 use crate::error::{Alarm, Error};
+use crate::machines::drill_grinder::DrillGrinder;
 use crate::path::{DrillPath, PathError, Scale};
 use crate::planner::{Planner, Sample};
 use crate::program::DrillWords;
@@ -97,24 +99,24 @@ impl<'a, B: Board> Controller<'a, B> {
         }
     }
 
-    /// Moves data one hop. Call it again and again; it never waits.
-    pub fn poll(&mut self) {
+    /// Moves data one hop; whether anything moved. Call it again and again; it never waits.
+    pub fn poll(&mut self) -> bool {
         if !self.started {
             self.started = true;
             self.banner();
         }
-        self.serve_real_time();
-        self.send_answers();
+        let mut moved = self.serve_real_time();
+        moved |= self.send_answers();
         if self.stopping.is_some() {
-            self.finish_stop();
-            return;
+            return self.finish_stop() || moved;
         }
         self.watch_starvation();
-        self.feed_segments();
-        self.feed_planner();
+        moved |= self.feed_segments();
+        moved |= self.feed_planner();
         if matches!(self.job, Job::None) && self.planner.is_idle() && self.pending.is_none() {
-            self.take_line();
+            moved |= self.take_line();
         }
+        moved
     }
 
     /// Whether everything that was asked for has been done and all motors rest.
@@ -167,18 +169,53 @@ impl<'a, B: Board> Controller<'a, B> {
                 })
     }
 
+    // ---- for a host that needs no text ----
+
+    /// Takes all settings at once; refused while something moves.
+    pub fn configure(&mut self, settings: Settings) -> Result<(), Error> {
+        if self.is_moving() {
+            return Err(Error::NotIdle);
+        }
+        let limits = settings.limits(B::TICK_HZ).map_err(|_| Error::ValueRange)?;
+        self.segmenter.set_timing(settings.timing(B::TICK_HZ));
+        self.board.set_step_mode(settings.step_mode());
+        self.planner.set_limits(limits);
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Grinds; the whole path is walked before anything moves, and the line `$DRILL=RUN` that this stands for is answered
+    /// when that is done.
+    pub fn start_drill(
+        &mut self,
+        cycle: Cycle<f32>,
+        machine: DrillGrinder<f32>,
+    ) -> Result<(), Error> {
+        self.may_move()?;
+        let scale = self.scale();
+        let path = DrillPath::new(cycle, machine, scale, scale.joints(&self.planner.end()));
+        self.job = Job::Check {
+            walk: path.clone(),
+            path,
+        };
+        Ok(())
+    }
+
     // ---- what cannot wait ----
 
-    fn serve_real_time(&mut self) {
-        if self.flags.take(RealTime::RESET) {
+    fn serve_real_time(&mut self) -> bool {
+        let reset = self.flags.take(RealTime::RESET);
+        if reset {
             self.reset();
         }
         if self.flags.take(RealTime::OVERFLOW) {
             self.reader.spoil();
         }
-        if self.answers.room() >= 200 && self.flags.take(RealTime::STATUS) {
+        let status = self.answers.room() >= 200 && self.flags.take(RealTime::STATUS);
+        if status {
             self.report_status();
         }
+        reset || status
     }
 
     /// Soft reset: everything queued is dropped. At rest the position stays trusted.
@@ -208,16 +245,16 @@ impl<'a, B: Board> Controller<'a, B> {
     }
 
     /// Once the interrupt has stopped and dropped the queue: books and planner stand where the motors are.
-    fn finish_stop(&mut self) {
+    fn finish_stop(&mut self) -> bool {
         let Some(at) = self.shared.latched() else {
-            return;
+            return false;
         };
         if !self.shared.is_halted() || self.segments.len() > 0 {
-            return;
+            return false;
         }
         self.shared.release();
         if self.segmenter.recover(at, &mut self.segments).is_err() {
-            return;
+            return false;
         }
         self.planner.reset(self.segmenter.counts());
         if let Some(alarm) = self.stopping.take() {
@@ -225,6 +262,7 @@ impl<'a, B: Board> Controller<'a, B> {
             self.answers.line(format_args!("ALARM:{}", alarm.number()));
         }
         self.banner();
+        true
     }
 
     fn watch_starvation(&mut self) {
@@ -272,51 +310,54 @@ impl<'a, B: Board> Controller<'a, B> {
         );
     }
 
-    fn send_answers(&mut self) {
+    fn send_answers(&mut self) -> bool {
+        let before = self.answers.room();
         while let Some(byte) = self.answers.0.front() {
             if !self.board.send(*byte) {
                 break;
             }
             self.answers.0.pop_front();
         }
+        self.answers.room() != before
     }
 
     // ---- motion ----
 
     /// Planner -> segmenter, or a line of counts, as far as the queue has room.
-    fn feed_segments(&mut self) {
+    fn feed_segments(&mut self) -> bool {
+        let before = self.segmenter.sent();
         if let Job::Counts(line) = &mut self.job {
             if line.feed(&mut self.segmenter, &mut self.segments) {
                 self.job = Job::None;
                 self.planner.reset(self.segmenter.counts());
             }
-            return;
-        }
-        let complete = !matches!(self.job, Job::Path(_));
-        while complete || self.planner.is_full() || self.pending.is_some() {
-            let Some(sample) = self.pending.take().or_else(|| self.planner.next()) else {
-                break;
-            };
-            let duration = B::TICK_HZ / crate::planner::SAMPLES_PER_SECOND;
-            match self.segmenter.advance(
-                &sample.position,
-                duration,
-                sample.last,
-                &mut self.segments,
-            ) {
-                Ok(true) => {}
-                // Not there yet: the same target once more.
-                Ok(false) => self.pending = Some(sample),
-                Err(_) => {
+        } else {
+            let complete = !matches!(self.job, Job::Path(_));
+            while complete || self.planner.is_full() || self.pending.is_some() {
+                let Some(sample) = self.pending.take().or_else(|| self.planner.next()) else {
+                    break;
+                };
+                let duration = B::TICK_HZ / crate::planner::SAMPLES_PER_SECOND;
+                let sent = self.segmenter.advance(
+                    &sample.position,
+                    duration,
+                    sample.last,
+                    &mut self.segments,
+                );
+                if sent != Ok(true) {
+                    // No room, or not there yet: the same target once more.
                     self.pending = Some(sample);
+                }
+                if sent.is_err() {
                     break;
                 }
             }
         }
+        self.segmenter.sent() != before
     }
 
     /// Path -> planner, one target at a time.
-    fn feed_planner(&mut self) {
+    fn feed_planner(&mut self) -> bool {
         match &mut self.job {
             Job::Path(path) if !self.planner.is_full() => match path.next() {
                 Some(Ok(target)) => {
@@ -341,8 +382,9 @@ impl<'a, B: Board> Controller<'a, B> {
                     }
                 }
             },
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
     fn switch_on(&mut self) {
@@ -354,11 +396,13 @@ impl<'a, B: Board> Controller<'a, B> {
 
     // ---- lines ----
 
-    fn take_line(&mut self) {
+    fn take_line(&mut self) -> bool {
         if self.answers.room() < LONGEST_ANSWER {
-            return;
+            return false;
         }
+        let mut taken = false;
         while let Some(byte) = self.bytes.dequeue() {
+            taken = true;
             let Some(line) = self.reader.push(byte) else {
                 continue;
             };
@@ -371,8 +415,9 @@ impl<'a, B: Board> Controller<'a, B> {
                 Ok(Done::Later) => {}
                 Err(error) => self.answers.line(format_args!("error:{}", error.number())),
             }
-            return;
+            break;
         }
+        taken
     }
 
     fn execute(&mut self, command: Command<'_>) -> Result<Done, Error> {
@@ -418,17 +463,11 @@ impl<'a, B: Board> Controller<'a, B> {
                 })?;
             }
             Command::DrillRun => {
-                self.may_move()?;
                 let (cycle, machine) = self.drill.build().map_err(|refusal| {
                     self.answers.line(format_args!("[MSG:{refusal}]"));
                     Error::ValueRange
                 })?;
-                let scale = self.scale();
-                let path = DrillPath::new(cycle, machine, scale, scale.joints(&self.planner.end()));
-                self.job = Job::Check {
-                    walk: path.clone(),
-                    path,
-                };
+                self.start_drill(cycle, machine)?;
                 return Ok(Done::Later);
             }
             Command::Counts {

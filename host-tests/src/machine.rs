@@ -13,7 +13,6 @@
 use crate::trace::Trace;
 use hexstep::board::Board;
 use hexstep::controller::Controller;
-use hexstep::protocol::report::State;
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
 use hexstep::stepper::{Interpolator, SegmentQueue, Shared, StepMode, StepPort, StepTimer, Timing};
@@ -170,16 +169,16 @@ impl Machine<'_> {
         }
     }
 
-    /// Runs until everything asked for is done. The foreground gets a poll for every few ticks, more than it needs.
+    /// Runs until everything asked for is done. The foreground works until it has nothing left to move, then the motors
+    /// run for a while that is shorter than what the queue holds.
     pub fn run_to_rest(&mut self) {
         loop {
-            for _ in 0..64 {
-                self.controller.poll();
-            }
-            if self.controller.is_idle() && self.controller.state() != State::Run {
+            while self.controller.poll() {}
+            if self.controller.is_idle() {
                 return;
             }
-            for _ in 0..16 {
+            // A segment has 40 ticks or more, but around a reversal.
+            for _ in 0..500 {
                 self.tick();
             }
         }

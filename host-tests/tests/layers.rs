@@ -82,17 +82,15 @@ fn no_stage_uses_one_above_it() {
                 (Some(own), None) => EXTENSIONS
                     .iter()
                     .any(|(e, into)| *e == other && rank(into).unwrap() >= own),
-                (None, _) => {
-                    let base = BASE.contains(&module.as_str());
-                    let extension = EXTENSIONS
-                        .iter()
-                        .any(|(e, into)| *e == module && *into == other);
-                    // Settings and the board speak of the stages they serve; cycles and machines of the base and of what they plug into.
-                    extension
-                        || base
-                            && ["board", "settings"].contains(&module.as_str())
+                // An extension stands beside the stage that it plugs into: it may name that one and those below.
+                (None, theirs) => match EXTENSIONS.iter().find(|(e, _)| *e == module) {
+                    Some((_, into)) => theirs >= rank(into),
+                    // The board and the settings speak of the stages that they serve.
+                    None => {
+                        ["board", "settings"].contains(&module.as_str())
                             && ["planner", "stepper"].contains(&other.as_str())
-                }
+                    }
+                },
             };
             assert!(allowed, "{module} uses {other}");
         }

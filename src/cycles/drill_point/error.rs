@@ -64,7 +64,9 @@ impl Field {
     /// What is expected of it, as a sentence.
     pub const fn expected(self) -> &'static str {
         match self {
-            Field::Diameter => "diameter must be greater than 0 mm",
+            Field::Diameter => {
+                "diameter must be greater than 0 mm, and a length that a drill can have"
+            }
             Field::Web => "web must be greater than 0 mm and less than the diameter",
             Field::PointAngle => "point_angle, the full angle, must be between 0 and 180 deg",
             Field::ChiselAngle => {

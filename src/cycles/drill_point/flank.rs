@@ -80,6 +80,7 @@ impl<R: Real> Flank<R> {
     /// The flank left by a cone; its Cz is not needed, it follows.
     pub fn of(diameter: R, web: R, cone: &Cone<R>) -> Result<Self, DrillPointError<R>> {
         let right = R::PI * R::HALF;
+        let squares = |length: R| (length * R::of(16.0)).squared().is_finite();
         check(
             &[
                 (Field::Diameter, diameter),
@@ -96,6 +97,10 @@ impl<R: Real> Flank<R> {
                 (Field::Phi, within(cone.phi, right)),
                 (Field::Theta, within(cone.theta, right)),
                 (Field::Omega, cone.omega.abs() < right),
+                // Heights are computed with squares of lengths.
+                (Field::Diameter, squares(diameter)),
+                (Field::Cx, squares(cone.tip.x)),
+                (Field::Cy, squares(cone.tip.y)),
             ],
         )?;
         let tip = cone.tip_in_lip_frame();

@@ -6,7 +6,6 @@ use super::error::{DrillPointError, Field, check};
 use super::flank::Flank;
 use super::solve::Cone;
 use crate::geometry::Vector;
-use crate::kinematics::principal;
 use crate::math::Real;
 
 /// Angles of mu [rad].
@@ -66,13 +65,18 @@ impl<R: Real> Stroke<R> {
         let (sin, cos) = cone.omega.sin_cos();
         let e_w = Vector::new(cos_phi * cos, -cos_phi * sin, -sin_phi);
         let e_y = Vector::new(sin, cos, R::ZERO);
-        let angle = |x: R, y: R| {
+        let seen = |x: R, y: R| {
             let p = flank.point(x, y).ok_or(DrillPointError::OffCone)?;
-            Ok(p.dot(e_y).atan2(p.dot(e_w)))
+            Ok((p.dot(e_w), p.dot(e_y)))
         };
         let r0 = flank.half_web();
-        let corner = angle(flank.corner_x(), -r0)?;
-        let contact = |x: R, y: R| angle(x, y).map(|nu| principal(nu - corner));
+        let corner = seen(flank.corner_x(), -r0)?;
+        // The difference of both angles as one, which leaves no turns to take off.
+        let contact = |x: R, y: R| {
+            let (w, y) = seen(x, y)?;
+            let across = y * corner.0 - w * corner.1;
+            Ok(across.atan2(w * corner.0 + y * corner.1))
+        };
         let chisel_far = contact(-chisel_end, r0)?;
         let heel = match flank.heel(heel_angle) {
             Some(heel) => Some(contact(heel.at.0, heel.at.1)?),

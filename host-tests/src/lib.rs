@@ -5,6 +5,7 @@ pub mod export;
 pub mod files;
 pub mod job;
 pub mod machine;
+pub mod mirror;
 pub mod plot;
 pub mod reference;
 pub mod report;

@@ -38,6 +38,7 @@ const TOPICS: &[&[Function]] = &[
     arm::FUNCTIONS,
     chain::FUNCTIONS,
     mirror::FUNCTIONS,
+    mirror::trim::FUNCTIONS,
     precession::FUNCTIONS,
 ];
 

@@ -14,7 +14,7 @@
 //! tau: noise passes with sigma sqrt(a / (2 - a)), the lag costs tau * feed * slope of the deformation.
 //!
 //! Contract: lengths in mm, times in s; one call a control tick, at most 80 instructions on the target in f32, no state but
-//! four numbers. How an offset along the normal becomes joints: `machines::two_sided`, [`Pair::trim`].
+//! a few numbers. How an offset along the normal becomes joints: `machines::two_sided`, [`Pair::trim`].
 //!
 //! Source: specification of mirror milling, section 5, streaming form. The paper (Liu et al., 2024) trims from a measured
 //! pose and gives neither rate, filter nor bounds.
@@ -100,6 +100,8 @@ pub struct Trimmer<R> {
     gate: R,
     miss_max: u32,
     filtered: R,
+    /// What rounding dropped from the filtered value.
+    dropped: R,
     out: R,
     misses: u32,
     primed: bool,
@@ -127,6 +129,7 @@ impl<R: Real> Trimmer<R> {
             gate: p.gate,
             miss_max: p.miss_max,
             filtered: R::ZERO,
+            dropped: R::ZERO,
             out: R::ZERO,
             misses: 0,
             primed: false,
@@ -141,16 +144,20 @@ impl<R: Real> Trimmer<R> {
         let reading = measured.filter(|m| m.is_finite()).and_then(|m| {
             let off = m - self.filtered;
             if !self.primed {
-                Some(m)
+                Some((m, R::ZERO))
             } else if off.abs() > self.gate {
                 flags.raise(Flags::OUTLIER);
                 None
             } else {
-                Some(self.filtered + self.share * off)
+                // With a long tau the share is hardly more than a digit of the sum; what rounding drops is kept.
+                let change = self.share * off + self.dropped;
+                let filtered = self.filtered + change;
+                Some((filtered, change - (filtered - self.filtered)))
             }
         });
-        if let Some(filtered) = reading {
+        if let Some((filtered, dropped)) = reading {
             self.filtered = filtered;
+            self.dropped = dropped;
             self.primed = true;
             self.misses = 0;
         } else {
@@ -197,6 +204,7 @@ impl<R: Real> Trimmer<R> {
     /// joints.
     pub fn reset(&mut self) {
         self.filtered = R::ZERO;
+        self.dropped = R::ZERO;
         self.out = R::ZERO;
         self.misses = 0;
         self.primed = false;

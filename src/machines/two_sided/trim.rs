@@ -17,7 +17,7 @@ use super::{Pair, PairError, PairSolution, SideError};
 use crate::geometry::Vector;
 use crate::geometry::twist::LEAST_DIRECTION;
 use crate::joints::Joints;
-use crate::kinematics::chain::Chain;
+use crate::kinematics::chain::{Carries, Chain, Joint, Motion};
 use crate::math::Real;
 
 /// Trims of both sides [mm or rad], one value a joint.
@@ -50,10 +50,45 @@ impl<const N1: usize, const N2: usize, R: Real> Pair<N1, N2, R> {
             .map_err(PairError::Mill)?;
         let support = self
             .support
-            .linear_shift(shift, q2)
+            .linear_shift(shift + self.carried_along(q1, &mill), q2)
+            .map(|trim| self.with_shared(trim, &mill))
             .and_then(|trim| within(&self.support_chain, q2, trim))
             .map_err(PairError::Support)?;
         Ok(Trim { mill, support })
+    }
+
+    /// How far the mill's trim moves the panel itself in the bed [mm]: its slides on the work chain carry it along, and
+    /// the support must follow.
+    fn carried_along(&self, q1: &Joints<N1, R>, trim: &Joints<N1, R>) -> Vector<R> {
+        let joints = self.mill.chain().joints();
+        let on_work = |joint: &&Joint<R>| joint.carries() == Carries::Work;
+        let mut moved = Vector::ZERO;
+        for (index, (joint, trim)) in joints.iter().zip(&trim.0).enumerate() {
+            if !on_work(&joint) || joint.motion() != Motion::Linear {
+                continue;
+            }
+            let direction = joints
+                .iter()
+                .zip(&q1.0)
+                .take(index)
+                .rev()
+                .filter(|(before, _)| on_work(before))
+                .fold(joint.twist().v, |d, (before, q)| {
+                    before.turn(d, before.trig(*q))
+                });
+            moved += direction * *trim;
+        }
+        moved
+    }
+
+    /// The support's trim with that of the joints which the mill sets.
+    fn with_shared(&self, mut trim: Joints<N2, R>, mill: &Joints<N1, R>) -> Joints<N2, R> {
+        for (twin, trim) in self.shared.iter().zip(&mut trim.0) {
+            if let Some(set) = twin.and_then(|twin| mill.0.get(twin)) {
+                *trim = *set;
+            }
+        }
+        trim
     }
 
     /// Both sides solved again for a panel shifted by `delta` [mm] along `n`, its normal now `turned`, wall `d` [mm]: from

@@ -838,6 +838,10 @@ fn bad_targets_are_refused_by_name_and_neither_side_moves() {
         solve(Vector::ZERO, Vector::Z * 1e-7, 1.0),
         PairError::BadNormal
     );
+    let far = at(f64::MAX, f64::MAX, f64::MAX);
+    let side = Side::new(generic_side()).expect("a side");
+    let refused = side.inverse(far, at(0.2, 0.1, 0.97), &Joints([0.0; 5]));
+    assert_eq!(refused, Err(SideError::NonFinite));
     let lost = Joints([f64::NAN, 0.0, 0.0, 0.0, 0.0]);
     let refused = machine.solve(Vector::ZERO, Vector::Z, 1.0, (&lost, zero.1));
     assert_eq!(refused.unwrap_err(), PairError::Mill(SideError::NonFinite));

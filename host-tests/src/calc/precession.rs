@@ -12,6 +12,7 @@ use hexstep::cycles::precession::{
 };
 use hexstep::geometry::{Rotation, Vector};
 use hexstep::math::Real;
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
 const VECTORS: Kind = Kind::List(&VECTOR, Length::Any);
@@ -113,7 +114,7 @@ pub const FUNCTIONS: &[Function] = &[
 ];
 
 /// More poses than this are refused: their answer would fill the memory.
-const LONGEST: u64 = 1_000_000;
+const LONGEST: u64 = 500_000;
 
 fn refused(error: PrecessionError) -> Fault {
     let mut fault = Fault::new(error.name(), error.remedy());
@@ -260,7 +261,33 @@ impl<R: Real> Asked<R> {
             );
             return Err(Fault::new("BadLimit", detail));
         }
+        let fits = |s: Stance<R>| s.centre.is_finite() && s.far.is_finite() && s.time.is_finite();
+        if !cycle.stances().all(fits) {
+            return Err(non_finite(library::Field::Points));
+        }
         Ok(cycle)
+    }
+}
+
+/// Poses, written one by one: as values in memory they would take ten times the room of their text.
+struct Poses<'a, R> {
+    cycle: &'a Cycle<'a, R>,
+    tool: bool,
+}
+
+impl<R: Real> Serialize for Poses<'_, R> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let stances = self.cycle.stances();
+        serializer.collect_seq(stances.map(|stance| pose(&stance, self.tool)))
+    }
+}
+
+/// Vectors, in the same way.
+struct Curve<'a, R>(&'a [Vector<R>]);
+
+impl<R: Real> Serialize for Curve<'_, R> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(|v| vector(*v)))
     }
 }
 
@@ -273,13 +300,19 @@ fn path<R: Real>(request: &Request) -> Result<Answer, Fault> {
         .segments()
         .fold(Flags::default(), |flags, s| flags.or(s.flags()));
     let tool = request.flag("tool");
-    let poses: Vec<Value> = cycle.stances().map(|s| pose(&s, tool)).collect();
+    let poses = cycle.stances().count();
     Ok(Answer::new()
-        .put("count", &poses.len())
+        .put("count", &poses)
         .put("per_segment", &counts)
         .maybe_number("total_time", total_time)
         .put("flags", &flags.names().collect::<Vec<_>>())
-        .put("poses", &poses))
+        .put(
+            "poses",
+            &Poses {
+                cycle: &cycle,
+                tool,
+            },
+        ))
 }
 
 fn pose<R: Real>(stance: &Stance<R>, tool: bool) -> Value {
@@ -315,10 +348,9 @@ fn swept<R: Real>(request: &Request) -> Result<Answer, Fault> {
     let length = far
         .windows(2)
         .fold(R::ZERO, |sum, pair| sum + (pair[1] - pair[0]).norm());
-    let curve = |points: &[Vector<R>]| points.iter().map(|v| vector(*v)).collect::<Vec<_>>();
     Ok(Answer::new()
-        .put("c", &curve(&centres))
-        .put("a", &curve(&far))
+        .put("c", &Curve(&centres))
+        .put("a", &Curve(&far))
         .put("bbox", &[vector(corner(R::min)), vector(corner(R::max))])
         .number("length", length))
 }

@@ -31,7 +31,7 @@ pub enum SideError<const N: usize, R> {
     LinearAxesDependent,
     ParallelAxes,
     ToolAlongAxis,
-    /// The tip, the axis or the previous joints are not finite.
+    /// The tip, the axis or the previous joints are not finite, or so large that the answer would not be.
     NonFinite,
     /// The wanted axis is shorter than 1e-6.
     BadDirection,
@@ -340,7 +340,13 @@ impl<const N: usize, R: Real> Side<N, R> {
         };
         let work = carried(series.work_home.apply(p), Carries::Work);
         let tool = carried(series.tool_home.apply(series.tip), Carries::Tool);
-        self.set_linears(work - tool, &trig, q)
+        self.set_linears(work - tool, &trig, q)?;
+        // Coordinates near the end of the number range overflow on the way.
+        if q.is_finite() {
+            Ok(())
+        } else {
+            Err(SideError::NonFinite)
+        }
     }
 
     fn set_linears(

@@ -668,4 +668,16 @@ fn a_bad_simulation_is_refused_by_name() {
     for (changes, error, field) in rows {
         refused("mirror.simulate", &json!({}), changes, error, field);
     }
+    for large in [
+        json!({"peak": 1e308}),
+        json!({"d": 1e308}),
+        json!({"gauge": 1e308}),
+    ] {
+        let (status, answer) = ask("mirror.simulate", &large);
+        assert_eq!(
+            (status, &answer["error"]),
+            (2, &json!("OutOfRange")),
+            "{large}"
+        );
+    }
 }

@@ -121,14 +121,25 @@ fn trim<R: Real>(request: &Request) -> Result<Answer, Fault> {
             (minus(&new.mill.q, &q1), minus(&new.support.q, &q2))
         }
     };
+    let (new1, new2) = (plus(&q1, &trim1), plus(&q2, &trim2));
+    if !(new1.is_finite() && new2.is_finite()) {
+        return Err(too_large());
+    }
     let joints = |machine: &Machine<R>, q: &[R]| machine.joint_values(q);
     Ok(Answer::new()
         .put("q1", &joints(&mill, &q1.0))
         .put("q2", &joints(&support, &q2.0))
-        .put("q1_new", &joints(&mill, &plus(&q1, &trim1).0))
-        .put("q2_new", &joints(&support, &plus(&q2, &trim2).0))
+        .put("q1_new", &joints(&mill, &new1.0))
+        .put("q2_new", &joints(&support, &new2.0))
         .put("trim1", &joints(&mill, &trim1.0))
         .put("trim2", &joints(&support, &trim2.0)))
+}
+
+fn too_large() -> Fault {
+    Fault::new(
+        "OutOfRange",
+        "the figures are too large; scale the request down",
+    )
 }
 
 fn plus<const N: usize, R: Real>(a: &Joints<N, R>, b: &Joints<N, R>) -> Joints<N, R> {
@@ -201,9 +212,17 @@ fn simulate(request: &Request) -> Result<Answer, Fault> {
         )
         .field("dt"),
     })?;
+    if ![&outcome.untrimmed, &outcome.trimmed].into_iter().all(fits) {
+        return Err(too_large());
+    }
     Ok(Answer::new()
         .value("untrimmed", walls(&outcome.untrimmed))
         .value("trimmed", walls(&outcome.trimmed)))
+}
+
+fn fits(walls: &Walls) -> bool {
+    let spread = [sample_sigma(&walls.points), sample_sigma(&walls.gauged)];
+    walls.rows.sigma().is_finite() && spread.iter().all(|x| x.is_finite())
 }
 
 fn walls(walls: &Walls) -> Value {

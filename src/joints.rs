@@ -27,6 +27,18 @@ impl<const N: usize, R: Real> Joints<N, R> {
             .fold(R::ZERO, |sum, (a, b)| sum + *a * *b)
     }
 
+    /// The nearest whole step of each axis, ties away from zero; `None` if one of them is not within `i32`.
+    ///
+    /// `steps_per_unit` in steps/mm or steps/rad. Rounding the absolute value and taking differences afterwards
+    /// keeps rounding from adding up along a path.
+    pub fn to_steps(&self, steps_per_unit: &Self) -> Option<[i32; N]> {
+        let steps = self.zip_map(steps_per_unit, |q, scale| (q * scale).round());
+        // 2^31 itself is a number of both types, and the first that an i32 does not hold.
+        let limit = R::of(2_147_483_648.0);
+        let fits = steps.0.iter().all(|x| *x < limit && *x >= -limit);
+        fits.then(|| steps.0.map(R::to_i32))
+    }
+
     pub fn is_finite(&self) -> bool {
         self.0.iter().all(|x| x.is_finite())
     }

@@ -19,7 +19,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod cycles;
 pub mod geometry;
 pub mod joints;
+pub mod kinematics;
+pub mod machines;
 pub mod math;
 pub mod stepper;

@@ -42,6 +42,8 @@ pub trait Real:
     fn of_i32(x: i32) -> Self;
     fn to_f64(self) -> f64;
     fn to_f32(self) -> f32;
+    /// Without its fraction; held to the range of `i32`, and 0 for what is not a number.
+    fn to_i32(self) -> i32;
     fn is_finite(self) -> bool;
 
     fn sqrt(self) -> Self;
@@ -136,6 +138,9 @@ macro_rules! real {
             }
             fn to_f32(self) -> f32 {
                 self as f32
+            }
+            fn to_i32(self) -> i32 {
+                self as i32
             }
             fn is_finite(self) -> bool {
                 $t::is_finite(self)

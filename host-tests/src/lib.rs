@@ -1,1 +1,3 @@
 //! The host side of hexstep: one more board, made of memory.
+
+pub mod calc;

@@ -5,7 +5,9 @@
 pub mod pose;
 pub mod rotation;
 pub mod vector;
+pub mod waypoint;
 
 pub use pose::Pose;
 pub use rotation::Rotation;
 pub use vector::Vector;
+pub use waypoint::Waypoint;

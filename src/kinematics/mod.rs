@@ -1,0 +1,37 @@
+//! Pose <-> joints.
+//!
+//! A kinematics knows geometry and nothing else: no limits, no homing, no speeds. *Near* is the joint vector that
+//! comes before on the path: of the joint vectors that reach a pose, the inverse returns the one on its own branch
+//! whose turning joints are within half a turn of `near`, and where a joint is free (a singular pose) it stays put.
+
+use crate::geometry::Pose;
+use crate::joints::Joints;
+use crate::math::Real;
+
+pub trait Kinematics<const N: usize, R: Real> {
+    /// The tool's pose in the machine frame [mm] at these joints [mm, rad].
+    fn forward(&self, joints: &Joints<N, R>) -> Pose<R>;
+
+    /// The joints [mm, rad] that reach a pose, nearest to `near`.
+    fn inverse(&self, pose: &Pose<R>, near: &Joints<N, R>) -> Result<Joints<N, R>, Error>;
+}
+
+/// Why a pose has no joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// The pose or the joints before it hold a number that is not finite.
+    NotFinite,
+    /// No joints reach the pose.
+    OutOfReach,
+}
+
+/// The angle that differs from `angle` by whole turns and lies within half a turn of `near` [rad].
+pub fn nearest_turn<R: Real>(angle: R, near: R) -> R {
+    angle + R::TAU * ((near - angle) / R::TAU).round()
+}
+
+/// The same angle in (-pi, pi] [rad].
+pub fn principal<R: Real>(angle: R) -> R {
+    let turned = nearest_turn(angle, R::ZERO);
+    if turned <= -R::PI { R::PI } else { turned }
+}

@@ -3,3 +3,4 @@
 //! A cycle's parameters are checked when it is built, so iterating cannot fail, and a copy can be walked for checking.
 
 pub mod drill_point;
+pub mod surface_grinding;

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The march starts in the middle and runs both ways; a start on an edge would travel twice as far, and fronts focus.
-//! A node stays while the cusp before it lies on the part, plus 0.3 of the local step: then the edge strip is nowhere
-//! more than half a pitch from a row, and no last row need be squeezed in.
+//! A node stays while the cusp before it lies on the part, plus 0.3 of the local step; a row with no cusp on the part is not
+//! begun. So the edge strip is nowhere more than half a pitch from a row, and no last row need be squeezed in.
 
 use super::job::MAX_ROWS;
 use super::spline::Spline;
@@ -136,7 +136,9 @@ impl Front<'_> {
                     sign * (edge - f) - (0.5 - OVERRUN) * step
                 })
                 .collect();
-            if room.iter().all(|r| *r < 0.0) {
+            // Without a cusp on the part the edge strip is narrower than half a pitch everywhere: nothing is missing.
+            let inside = |(r, step): (&f64, &f64)| *r >= OVERRUN * step;
+            if !room.iter().zip(&steps).any(inside) {
                 break;
             }
             if before + rows.len() + 2 > MAX_ROWS {

@@ -13,7 +13,7 @@
 use super::{Job, Part, SurfaceError};
 use hexstep::cycles::surface_grinding::{Grinding, GrindingError, Model, Stripe};
 use hexstep::geometry::Vector;
-use hexstep::geometry::nurbs::{NurbsError, Shape};
+use hexstep::geometry::nurbs::{MAX_COUNT, NurbsError, Shape, Slice};
 
 /// Points across a gap, and how much finer the surroundings of the highest are looked at.
 const SAMPLES: usize = 129;
@@ -208,10 +208,11 @@ impl<'a> Simulation<'a> {
             edges.depth = [least.min(stripe.h0), most.max(stripe.h0)];
         }
         let [lo, hi] = self.part.domain()[1];
+        let slice = self.part.slice(u).map_err(|e| SurfaceError::at(e, u, lo))?;
         for i in 1..crossings.len() {
             let middle = 0.5 * (crossings[i - 1].v + crossings[i].v);
             if (lo..=hi).contains(&middle) {
-                gaps.push(self.gap(u, &crossings, i - 1)?);
+                gaps.push(self.gap(u, &slice, &crossings, i - 1)?);
             }
         }
         if let (Some(first), Some(last)) = (crossings.first(), crossings.last()) {
@@ -290,7 +291,14 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    fn gap(&self, u: f64, crossings: &[Crossing], i: usize) -> Result<Gap, SurfaceError> {
+    fn gap(
+        &self,
+        u: f64,
+        slice: &Slice<f64, MAX_COUNT>,
+        crossings: &[Crossing],
+        i: usize,
+    ) -> Result<Gap, SurfaceError> {
+        let [lo, hi] = self.part.domain()[1];
         let (left, right) = (&crossings[i], &crossings[i + 1]);
         let ground = |c: &Crossing| c.s - c.normal * self.removal(crossings, i, c.s);
         let base = ground(left);
@@ -301,8 +309,13 @@ impl<'a> Simulation<'a> {
             .unit(1e-9)
             .ok_or(SurfaceError::at(NurbsError::DegenerateNormal, u, left.v))?;
         let height = |v: f64| -> Result<f64, SurfaceError> {
-            let shape = self.shape(u, v)?;
-            let ground = shape.jet.s - shape.normal * self.removal(crossings, i, shape.jet.s);
+            let (s, normal) = if (lo..=hi).contains(&v) {
+                slice.place(v).map_err(|e| SurfaceError::at(e, u, v))?
+            } else {
+                let shape = self.shape(u, v)?;
+                (shape.jet.s, shape.normal)
+            };
+            let ground = s - normal * self.removal(crossings, i, s);
             Ok((ground - base).dot(up))
         };
         let step = (right.v - left.v) / (SAMPLES - 1) as f64;

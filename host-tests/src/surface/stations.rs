@@ -171,12 +171,8 @@ fn shares(row: &Row, density: &[f64]) -> Vec<f64> {
         while i + 2 < sums.len() && sums[i + 1] < target {
             i += 1;
         }
-        // Inside an interval the density is linear, its integral a parabola.
-        let width = node(i + 1) - node(i);
-        let (q0, slope) = (density[i], (density[i + 1] - density[i]) / width);
-        let rest = target - sums[i];
-        let root = (q0 * q0 + 2.0 * slope * rest).max(0.0).sqrt();
-        stations.push(node(i) + (2.0 * rest / (q0 + root)).clamp(0.0, width));
+        let share = (target - sums[i]) / (sums[i + 1] - sums[i]);
+        stations.push(node(i) + share * (node(i + 1) - node(i)));
     }
     stations.push(node(density.len() - 1));
     stations

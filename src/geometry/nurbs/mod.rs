@@ -16,8 +16,10 @@
 
 mod basis;
 mod shape;
+mod slice;
 
 pub use shape::{Section, Shape};
+pub use slice::Slice;
 
 use super::Vector;
 use crate::math::Real;

@@ -19,10 +19,31 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// In the order in which data flows; blank lines keep it.
+
+pub mod board;
+
+pub mod controller;
+
+pub mod protocol;
+
+pub mod program;
+
+pub mod path;
+
 pub mod cycles;
+
+pub mod kinematics;
+
+pub mod machines;
+
+pub mod planner;
+
+pub mod stepper;
+
+// The base, which every stage may use.
+pub mod error;
 pub mod geometry;
 pub mod joints;
-pub mod kinematics;
-pub mod machines;
 pub mod math;
-pub mod stepper;
+pub mod settings;

@@ -69,9 +69,9 @@ pub trait Real:
     /// Remainder of the division, with the sign of `self`.
     fn rem(self, divisor: Self) -> Self;
 
-    fn sin_cos(self) -> (Self, Self) {
-        (self.sin(), self.cos())
-    }
+    /// Sine and cosine together; in `f32` within 5.5e-8 and some thirty times cheaper on the target than one after the
+    /// other (see `single_sin_cos` in the source).
+    fn sin_cos(self) -> (Self, Self);
 
     fn squared(self) -> Self {
         self * self
@@ -116,7 +116,7 @@ pub trait Real:
 macro_rules! real {
     ($t:ident, $sqrt:ident $cbrt:ident $abs:ident $floor:ident $ceil:ident $round:ident $sin:ident $cos:ident $tan:ident
      $asin:ident $acos:ident $atan:ident $atan2:ident $hypot:ident $exp:ident $ln:ident $pow:ident $copysign:ident
-     $rem:ident) => {
+     $rem:ident $sin_cos:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -169,6 +169,9 @@ macro_rules! real {
             fn cos(self) -> Self {
                 libm::$cos(self)
             }
+            fn sin_cos(self) -> (Self, Self) {
+                $sin_cos(self)
+            }
             fn tan(self) -> Self {
                 libm::$tan(self)
             }
@@ -206,5 +209,44 @@ macro_rules! real {
     };
 }
 
-real!(f32, sqrtf cbrtf fabsf floorf ceilf roundf sinf cosf tanf asinf acosf atanf atan2f hypotf expf logf powf copysignf fmodf);
-real!(f64, sqrt cbrt fabs floor ceil round sin cos tan asin acos atan atan2 hypot exp log pow copysign fmod);
+real!(f32, sqrtf cbrtf fabsf floorf ceilf roundf sinf cosf tanf asinf acosf atanf atan2f hypotf expf logf powf copysignf fmodf single_sin_cos);
+real!(f64, sqrt cbrt fabs floor ceil round sin cos tan asin acos atan atan2 hypot exp log pow copysign fmod libm::sincos);
+
+/// Sine and cosine of `x` [rad] in single precision alone, each within 5.5e-8, less than the last digit of 1.
+///
+/// libm computes its `f32` sine in double precision, which a Cortex-M4F has in software only: 2200 instructions for
+/// both, and an inverse kinematics needs several. Sums and products of `f32` are the same bits on host and target.
+///
+/// `x` less the nearest multiple of pi/2, in three parts of which the first two times that multiple are exact; then the
+/// minimax polynomials of (sin x - x)/x^3 (largest error times x^2: 4e-9) and (cos x - 1 + x^2/2)/x^4 (times x^4: 1e-10)
+/// in x^2 up to 0.786^2.
+fn single_sin_cos(x: f32) -> (f32, f32) {
+    // 8 and 10 bits: exact when multiplied by a whole number below 2^13.
+    const HIGH: f32 = 1.570_312_5;
+    const MIDDLE: f32 = 1014.0 / (1 << 21) as f32;
+    const LOW: f32 = 3.139_164_8e-7;
+    const LARGEST: f32 = 8192.0;
+
+    if x.is_nan() || libm::fabsf(x) > LARGEST {
+        return libm::sincosf(x);
+    }
+    let quarter = (x * core::f32::consts::FRAC_2_PI + libm::copysignf(0.5, x)) as i32;
+    let n = quarter as f32;
+    // Both differences are exact; what rounding the third loses is `rest`.
+    let near = x - n * HIGH - n * MIDDLE;
+    let r = near - n * LOW;
+    let rest = (near - r) - n * LOW;
+
+    let z = r * r;
+    let sin = r + (r * z * (-0.166_666_55 + z * (0.008_332_175 + z * -0.000_195_168_06)) + rest);
+    let half = 0.5 * z;
+    let most = 1.0 - half;
+    let small = z * z * (0.041_666_647 + z * (-0.001_388_736_3 + z * 0.000_024_437_899));
+    let cos = most + (((1.0 - most) - half) + (small - r * rest));
+    match quarter & 3 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}

@@ -1,4 +1,13 @@
 //! The host side of hexstep: one more board, made of memory.
 
 pub mod calc;
+pub mod export;
+pub mod files;
+pub mod job;
+pub mod machine;
+pub mod plot;
+pub mod reference;
+pub mod report;
+pub mod rig;
 pub mod surface;
+pub mod trace;

@@ -4,6 +4,11 @@
 //! comes before on the path: of the joint vectors that reach a pose, the inverse returns the one on its own branch
 //! whose turning joints are within half a turn of `near`, and where a joint is free (a singular pose) it stays put.
 
+pub mod follow;
+pub mod way;
+
+pub use way::{ClPoint, Way};
+
 use crate::geometry::Pose;
 use crate::joints::Joints;
 use crate::math::Real;

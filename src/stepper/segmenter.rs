@@ -167,6 +167,11 @@ impl<const N: usize> Segmenter<N> {
         self.motors.map(|m| m.count)
     }
 
+    /// Number of the last segment sent (wraps).
+    pub fn sent(&self) -> u32 {
+        self.sent
+    }
+
     /// Commanded position of each motor, as actually represented by its accumulator.
     pub fn positions(&self) -> [I32F32; N] {
         self.motors.map(|m| m.position())

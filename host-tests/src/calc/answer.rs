@@ -9,6 +9,8 @@ use serde_json::Value;
 #[derive(Default)]
 pub struct Answer {
     text: String,
+    /// A member that should be a number and is none: a result beyond what the scalar can hold.
+    overflow: Option<String>,
 }
 
 impl Answer {
@@ -30,13 +32,14 @@ impl Answer {
         self.put(name, &tidy(value))
     }
 
-    pub fn number<R: Real>(self, name: &str, x: R) -> Self {
+    pub fn number<R: Real>(mut self, name: &str, x: R) -> Self {
+        self.watch(name, x);
         self.put(name, &number(x))
     }
 
     /// An angle in radians, answered in degrees.
     pub fn degrees<R: Real>(self, name: &str, x: R) -> Self {
-        self.put(name, &number(x.to_degrees()))
+        self.number(name, x.to_degrees())
     }
 
     /// An angle in radians, or nothing, answered in degrees or as `null`.
@@ -48,8 +51,9 @@ impl Answer {
         self.put(name, &x.map(number))
     }
 
-    pub fn numbers<R: Real>(self, name: &str, xs: impl IntoIterator<Item = R>) -> Self {
-        let values: Vec<Value> = xs.into_iter().map(number).collect();
+    pub fn numbers<R: Real>(mut self, name: &str, xs: impl IntoIterator<Item = R>) -> Self {
+        let watched = xs.into_iter().inspect(|x| self.watch(name, *x));
+        let values: Vec<Value> = watched.map(number).collect();
         self.put(name, &values)
     }
 
@@ -58,17 +62,33 @@ impl Answer {
     }
 
     /// A rotation as an array of rows.
-    pub fn rotation<R: Real>(self, name: &str, r: Rotation<R>) -> Self {
+    pub fn rotation<R: Real>(mut self, name: &str, r: Rotation<R>) -> Self {
         let t = r.transposed();
+        for column in [r.n, r.s, r.a] {
+            for x in column.to_array() {
+                self.watch(name, x);
+            }
+        }
         let rows = [t.n, t.s, t.a].map(|row| row.to_array().map(number));
         self.put(name, &rows)
     }
 
-    pub(super) fn into_text(self) -> String {
-        if self.text.is_empty() {
-            "{}".into()
-        } else {
-            self.text + "}"
+    fn watch<R: Real>(&mut self, name: &str, x: R) {
+        if !x.is_finite() && self.overflow.is_none() {
+            self.overflow = Some(name.into());
+        }
+    }
+
+    /// The finished object; refused if a figure is beyond what the scalar can hold.
+    pub(super) fn finish(self) -> Result<String, Fault> {
+        match self.overflow {
+            None if self.text.is_empty() => Ok("{}".into()),
+            None => Ok(self.text + "}"),
+            Some(name) => {
+                let detail =
+                    format!("the figures are too large: {name} overflowed; scale the request down");
+                Err(Fault::new("OutOfRange", detail))
+            }
         }
     }
 }
@@ -126,12 +146,13 @@ impl Fault {
         self
     }
 
-    pub(super) fn into_answer(self) -> Answer {
+    pub(super) fn into_text(self) -> String {
         let start = Answer::new()
             .put("error", &self.error)
             .put("detail", &self.detail);
-        self.more
-            .into_iter()
-            .fold(start, |answer, (name, value)| answer.put(name, &value))
+        let more = self.more.into_iter();
+        more.fold(start, |answer, (name, value)| answer.put(name, &value))
+            .text
+            + "}"
     }
 }

@@ -11,6 +11,8 @@
 //! the same. Memory is bounded by the input, not by the answers: each case is read, computed and written in turn.
 
 pub mod answer;
+mod drill;
+mod five_axis;
 mod interp;
 pub mod request;
 pub mod schema;
@@ -24,7 +26,7 @@ use serde_json::value::RawValue;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Every topic: one line each.
-const TOPICS: &[&[Function]] = &[interp::FUNCTIONS];
+const TOPICS: &[&[Function]] = &[interp::FUNCTIONS, drill::FUNCTIONS, five_axis::FUNCTIONS];
 
 /// One calculator.
 pub struct Function {
@@ -107,7 +109,7 @@ fn answer_all(
     };
     if !text.trim_ascii_start().starts_with('[') {
         return match answer_one(function, scalar, text) {
-            Ok(answer) => writeln!(output, "{}", answer.into_text()).map(|()| ANSWERED),
+            Ok(answer) => writeln!(output, "{answer}").map(|()| ANSWERED),
             Err(fault) => refuse(fault, output),
         };
     }
@@ -120,16 +122,16 @@ fn answer_all(
     for (i, case) in cases.iter().enumerate() {
         let answer = answer_one(function, scalar, case.get()).unwrap_or_else(|fault| {
             status = BAD_INPUT;
-            fault.into_answer()
+            fault.into_text()
         });
         let before = if i == 0 { "[" } else { ",\n " };
-        write!(output, "{before}{}", answer.into_text())?;
+        write!(output, "{before}{answer}")?;
     }
     writeln!(output, "{}", if cases.is_empty() { "[]" } else { "]" })?;
     Ok(status)
 }
 
-fn answer_one(function: &Function, scalar: Scalar, text: &str) -> Result<Answer, Fault> {
+fn answer_one(function: &Function, scalar: Scalar, text: &str) -> Result<String, Fault> {
     let object = match serde_json::from_str(text) {
         Ok(Value::Object(object)) => object,
         Ok(_) => return Err(bad_json("a case is an object, as in {\"name\": 1}")),
@@ -137,9 +139,10 @@ fn answer_one(function: &Function, scalar: Scalar, text: &str) -> Result<Answer,
     };
     let request = Request::new(function.fields, object, scalar)?;
     match (scalar, function.f32) {
-        (Scalar::F32, Some(handler)) => handler(&request),
-        _ => (function.f64)(&request),
+        (Scalar::F32, Some(handler)) => handler(&request)?,
+        _ => (function.f64)(&request)?,
     }
+    .finish()
 }
 
 fn bad_json(why: &str) -> Fault {
@@ -148,7 +151,7 @@ fn bad_json(why: &str) -> Fault {
 }
 
 fn refuse(fault: Fault, output: &mut impl Write) -> io::Result<u8> {
-    writeln!(output, "{}", fault.into_answer().into_text())?;
+    writeln!(output, "{}", fault.into_text())?;
     Ok(BAD_INPUT)
 }
 

@@ -11,13 +11,14 @@ use serde_json::{Map, Value};
 /// The accessors are generic over [`Real`], so that with `f32` every number is rounded to `f32` where it is read.
 /// To ask for a field that the function's table does not declare, or in another form, is a fault of the program.
 pub struct Request {
+    fields: &'static [&'static [Field]],
     object: Map<String, Value>,
     scalar: Scalar,
 }
 
 impl Request {
     pub(super) fn new(
-        fields: &[&[Field]],
+        fields: &'static [&'static [Field]],
         mut object: Map<String, Value>,
         scalar: Scalar,
     ) -> Result<Self, Fault> {
@@ -36,7 +37,11 @@ impl Request {
                 }
             }
         }
-        Ok(Self { object, scalar })
+        Ok(Self {
+            fields,
+            object,
+            scalar,
+        })
     }
 
     /// The field's value; `None` if it was left out and has no default, or is `null`.
@@ -46,6 +51,18 @@ impl Request {
 
     pub fn is_given(&self, name: &str) -> bool {
         self.value(name).is_some()
+    }
+
+    /// The first field, in the order of the table, that holds a number which `R` cannot hold as a finite one.
+    pub fn not_finite<R: Real>(&self) -> Option<&'static str> {
+        let fields = self.fields.iter().copied().flatten();
+        fields
+            .filter(|f| {
+                self.value(f.name)
+                    .is_some_and(|v| !schema::all_finite::<R>(&f.kind, v))
+            })
+            .map(|f| f.name)
+            .next()
     }
 
     pub fn number<R: Real>(&self, name: &str) -> R {

@@ -4,6 +4,7 @@
 //! then every wrong type, then every unknown word; within each in the order of the request or of the table.
 
 use super::Fault;
+use hexstep::math::Real;
 use serde_json::{Map, Value};
 
 /// The form of a value.
@@ -143,6 +144,21 @@ pub fn integer_of(value: &Value) -> Option<i128> {
     let x = n.as_f64()?;
     // Saturates beyond i128, which is beyond every range as well.
     (x.is_finite() && x == x.trunc()).then_some(x as i128)
+}
+
+/// Whether every number of a value is finite, also as an `R`.
+pub fn all_finite<R: Real>(kind: &Kind, value: &Value) -> bool {
+    match (kind, value) {
+        (Kind::Number, _) => number_of(value).is_none_or(|x| R::of(x).is_finite()),
+        (Kind::List(inner, _), Value::Array(entries)) => {
+            entries.iter().all(|entry| all_finite::<R>(inner, entry))
+        }
+        (Kind::OrNull(inner), _) => all_finite::<R>(inner, value),
+        (Kind::Object(fields) | Kind::Preset(_, fields), Value::Object(object)) => fields
+            .iter()
+            .all(|f| f.given(object).is_none_or(|v| all_finite::<R>(&f.kind, v))),
+        _ => true,
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -16,7 +16,7 @@
 //! the lip and the lip, the foremost line of the turning drill, keeps the full clearance. A stand-off moves
 //! the tip along (sin phi0, cos phi0, 0), the table's d2, and turns nothing.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check};
 use super::flank::Flank;
 use super::motion::{Motion, Variant};
 use super::plan::{PassPlan, Passes};
@@ -152,6 +152,20 @@ impl<R: Real> Cycle<R> {
         // than any clearance.
         let back_segments = pieces(range, R::of(5.0).to_radians());
         let (sin_phi0, cos_phi0) = p.drill.half_point_angle().sin_cos();
+        let infeed_duration = p.clear / p.infeed_speed;
+        let segment_duration = range / R::of_i32(segments as i32) / p.stroke_speed;
+        // What may overflow on the way is smaller than the squares in these norms.
+        let finite = |x: R| x.is_finite();
+        check(
+            &[],
+            &[
+                (Field::Diameter, finite(cone.tip.norm())),
+                (Field::Touch, finite(p.touch.norm())),
+                (Field::Clear, finite((plan.infeed + p.clear).squared())),
+                (Field::InfeedSpeed, finite(infeed_duration)),
+                (Field::StrokeSpeed, finite(segment_duration)),
+            ],
+        )?;
         Ok(Self {
             motion,
             touch: p.touch,
@@ -162,8 +176,8 @@ impl<R: Real> Cycle<R> {
             plan,
             segments,
             back_segments,
-            infeed_duration: p.clear / p.infeed_speed,
-            segment_duration: range / R::of_i32(segments as i32) / p.stroke_speed,
+            infeed_duration,
+            segment_duration,
             pass: 0,
             flank: Side::One,
             place: Place::Approach,
@@ -293,34 +307,30 @@ impl Side {
 
 impl<R: Real> Parameters<R> {
     fn check_process(&self) -> Result<(), DrillPointError<R>> {
-        let numbers = [
-            (Field::Clear, self.clear),
-            (Field::Over, self.over),
-            (Field::HeelAngle, self.heel_angle),
-            (Field::MuStep, self.mu_step),
-            (Field::StrokeSpeed, self.stroke_speed),
-            (Field::InfeedSpeed, self.infeed_speed),
-            (Field::Touch, self.touch.x),
-            (Field::Touch, self.touch.y),
-            (Field::Touch, self.touch.z),
-        ];
-        if let Some((field, _)) = numbers.iter().find(|(_, x)| !x.is_finite()) {
-            return Err(DrillPointError::NotFinite(*field));
-        }
         let least_step = R::of(0.001).to_radians();
-        let checks = [
-            (Field::Clear, self.clear > R::ZERO),
-            (
-                Field::MuStep,
-                self.mu_step >= least_step && self.mu_step <= R::PI * R::HALF,
-            ),
-            (Field::StrokeSpeed, self.stroke_speed > R::ZERO),
-            (Field::InfeedSpeed, self.infeed_speed > R::ZERO),
-        ];
-        match checks.iter().find(|(_, good)| !good) {
-            Some((field, _)) => Err(DrillPointError::OutOfRange(*field)),
-            None => Ok(()),
-        }
+        let right = R::PI * R::HALF;
+        check(
+            &[
+                (Field::Clear, self.clear),
+                (Field::Over, self.over),
+                (Field::HeelAngle, self.heel_angle),
+                (Field::MuStep, self.mu_step),
+                (Field::StrokeSpeed, self.stroke_speed),
+                (Field::InfeedSpeed, self.infeed_speed),
+                (Field::Touch, self.touch.x),
+                (Field::Touch, self.touch.y),
+                (Field::Touch, self.touch.z),
+            ],
+            &[
+                (Field::Clear, self.clear > R::ZERO),
+                (
+                    Field::MuStep,
+                    self.mu_step >= least_step && self.mu_step <= right,
+                ),
+                (Field::StrokeSpeed, self.stroke_speed > R::ZERO),
+                (Field::InfeedSpeed, self.infeed_speed > R::ZERO),
+            ],
+        )
     }
 }
 

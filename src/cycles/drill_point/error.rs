@@ -1,5 +1,7 @@
 //! Why a drill cannot be ground as asked.
 
+use crate::math::Real;
+
 /// A parameter of the drill point, by the name it has in every interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
@@ -62,7 +64,9 @@ impl Field {
     /// What is expected of it, as a sentence.
     pub const fn expected(self) -> &'static str {
         match self {
-            Field::Diameter => "diameter must be greater than 0 mm",
+            Field::Diameter => {
+                "diameter must be greater than 0 mm, and a length that a drill can have"
+            }
             Field::Web => "web must be greater than 0 mm and less than the diameter",
             Field::PointAngle => "point_angle, the full angle, must be between 0 and 180 deg",
             Field::ChiselAngle => {
@@ -195,4 +199,23 @@ impl<R> DrillPointError<R> {
             }
         }
     }
+}
+
+/// Names the first number that is not finite, else the first range that does not hold.
+pub(super) fn check<R: Real>(
+    numbers: &[(Field, R)],
+    ranges: &[(Field, bool)],
+) -> Result<(), DrillPointError<R>> {
+    if let Some((field, _)) = numbers.iter().find(|(_, x)| !x.is_finite()) {
+        return Err(DrillPointError::NotFinite(*field));
+    }
+    match ranges.iter().find(|(_, holds)| !holds) {
+        Some((field, _)) => Err(DrillPointError::OutOfRange(*field)),
+        None => Ok(()),
+    }
+}
+
+/// Whether `x` lies between 0 and `limit`, both excluded.
+pub(super) fn within<R: Real>(x: R, limit: R) -> bool {
+    x > R::ZERO && x < limit
 }

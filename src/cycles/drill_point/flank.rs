@@ -11,7 +11,7 @@
 //!
 //! The first form stays accurate when phi is near theta, where A is near 0.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check, within};
 use super::solve::{Cone, axis};
 use crate::geometry::Vector;
 use crate::math::Real;
@@ -79,30 +79,30 @@ pub struct Ground<R> {
 impl<R: Real> Flank<R> {
     /// The flank left by a cone; its Cz is not needed, it follows.
     pub fn of(diameter: R, web: R, cone: &Cone<R>) -> Result<Self, DrillPointError<R>> {
-        let fields = [
-            (Field::Diameter, diameter),
-            (Field::Web, web),
-            (Field::Phi, cone.phi),
-            (Field::Theta, cone.theta),
-            (Field::Omega, cone.omega),
-            (Field::Cx, cone.tip.x),
-            (Field::Cy, cone.tip.y),
-        ];
-        if let Some((field, _)) = fields.iter().find(|(_, x)| !x.is_finite()) {
-            return Err(DrillPointError::NotFinite(*field));
-        }
         let right = R::PI * R::HALF;
-        let within = |x: R, limit: R| x > R::ZERO && x < limit;
-        let checks = [
-            (Field::Diameter, diameter > R::ZERO),
-            (Field::Web, within(web, diameter)),
-            (Field::Phi, within(cone.phi, right)),
-            (Field::Theta, within(cone.theta, right)),
-            (Field::Omega, cone.omega.abs() < right),
-        ];
-        if let Some((field, _)) = checks.iter().find(|(_, good)| !good) {
-            return Err(DrillPointError::OutOfRange(*field));
-        }
+        let squares = |length: R| (length * R::of(16.0)).squared().is_finite();
+        check(
+            &[
+                (Field::Diameter, diameter),
+                (Field::Web, web),
+                (Field::Phi, cone.phi),
+                (Field::Theta, cone.theta),
+                (Field::Omega, cone.omega),
+                (Field::Cx, cone.tip.x),
+                (Field::Cy, cone.tip.y),
+            ],
+            &[
+                (Field::Diameter, diameter > R::ZERO),
+                (Field::Web, within(web, diameter)),
+                (Field::Phi, within(cone.phi, right)),
+                (Field::Theta, within(cone.theta, right)),
+                (Field::Omega, cone.omega.abs() < right),
+                // Heights are computed with squares of lengths.
+                (Field::Diameter, squares(diameter)),
+                (Field::Cx, squares(cone.tip.x)),
+                (Field::Cy, squares(cone.tip.y)),
+            ],
+        )?;
         let tip = cone.tip_in_lip_frame();
         Ok(Self {
             axis: axis(cone.phi, cone.omega),

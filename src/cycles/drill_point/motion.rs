@@ -10,7 +10,7 @@
 //! axis that is not turned by omega. It is no rigid rotation (up to 0.25 mm off at the tip in the paper's example 1)
 //! and serves for comparison only.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check, within};
 use super::solve::{Cone, axis};
 use super::tom;
 use crate::geometry::{Pose, Rotation, Vector};
@@ -54,7 +54,24 @@ impl<R: Real> Motion<R> {
         point_angle: R,
         variant: Variant,
     ) -> Result<Self, DrillPointError<R>> {
-        check(cone, point_angle)?;
+        let right = R::PI * R::HALF;
+        check(
+            &[
+                (Field::PointAngle, point_angle),
+                (Field::Phi, cone.phi),
+                (Field::Theta, cone.theta),
+                (Field::Omega, cone.omega),
+                (Field::Cx, cone.tip.x),
+                (Field::Cy, cone.tip.y),
+                (Field::Cz, cone.tip.z),
+            ],
+            &[
+                (Field::PointAngle, within(point_angle, R::PI)),
+                (Field::Phi, within(cone.phi, right)),
+                (Field::Theta, within(cone.theta, right)),
+                (Field::Omega, cone.omega.abs() < right),
+            ],
+        )?;
         Ok(match variant {
             Variant::Exact => Self::exact(cone),
             Variant::Published => Self::published(cone, point_angle)?,
@@ -121,32 +138,5 @@ impl<R: Real> Motion<R> {
             rotation: Rotation::about(self.axis, mu),
             p,
         }
-    }
-}
-
-fn check<R: Real>(cone: &Cone<R>, point_angle: R) -> Result<(), DrillPointError<R>> {
-    let fields = [
-        (Field::PointAngle, point_angle),
-        (Field::Phi, cone.phi),
-        (Field::Theta, cone.theta),
-        (Field::Omega, cone.omega),
-        (Field::Cx, cone.tip.x),
-        (Field::Cy, cone.tip.y),
-        (Field::Cz, cone.tip.z),
-    ];
-    if let Some((field, _)) = fields.iter().find(|(_, x)| !x.is_finite()) {
-        return Err(DrillPointError::NotFinite(*field));
-    }
-    let right = R::PI * R::HALF;
-    let within = |x: R, limit: R| x > R::ZERO && x < limit;
-    let checks = [
-        (Field::PointAngle, within(point_angle, R::PI)),
-        (Field::Phi, within(cone.phi, right)),
-        (Field::Theta, within(cone.theta, right)),
-        (Field::Omega, cone.omega.abs() < right),
-    ];
-    match checks.iter().find(|(_, good)| !good) {
-        Some((field, _)) => Err(DrillPointError::OutOfRange(*field)),
-        None => Ok(()),
     }
 }

@@ -3,7 +3,7 @@
 //! The axial stock S on the lip is an infeed E = S sin phi0 along the lip's normal. Roughing passes of equal depth
 //! come first, then finishing passes, then spark-out strokes at stand-off 0.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check, within};
 use crate::math::Real;
 
 /// The most passes of one kind; more is taken for a mistake in a depth.
@@ -51,29 +51,22 @@ impl<R: Real> Passes<R> {
 
     /// The plan for a drill of this point angle [rad].
     pub fn plan(&self, point_angle: R) -> Result<PassPlan<R>, DrillPointError<R>> {
-        let fields = [
-            (Field::Stock, self.stock),
-            (Field::PointAngle, point_angle),
-            (Field::RoughDepth, self.rough_depth),
-            (Field::FinishDepth, self.finish_depth),
-        ];
-        if let Some((field, _)) = fields.iter().find(|(_, x)| !x.is_finite()) {
-            return Err(DrillPointError::NotFinite(*field));
-        }
-        let checks = [
-            (
-                Field::PointAngle,
-                point_angle > R::ZERO && point_angle < R::PI,
-            ),
-            (Field::Stock, self.stock > R::ZERO),
-            (Field::RoughDepth, self.rough_depth > R::ZERO),
-            (Field::FinishDepth, self.finish_depth > R::ZERO),
-            (Field::FinishPasses, self.finish_passes <= MAX_STROKES),
-            (Field::SparkOut, self.spark_out <= MAX_STROKES),
-        ];
-        if let Some((field, _)) = checks.iter().find(|(_, good)| !good) {
-            return Err(DrillPointError::OutOfRange(*field));
-        }
+        check(
+            &[
+                (Field::Stock, self.stock),
+                (Field::PointAngle, point_angle),
+                (Field::RoughDepth, self.rough_depth),
+                (Field::FinishDepth, self.finish_depth),
+            ],
+            &[
+                (Field::PointAngle, within(point_angle, R::PI)),
+                (Field::Stock, self.stock > R::ZERO),
+                (Field::RoughDepth, self.rough_depth > R::ZERO),
+                (Field::FinishDepth, self.finish_depth > R::ZERO),
+                (Field::FinishPasses, self.finish_passes <= MAX_STROKES),
+                (Field::SparkOut, self.spark_out <= MAX_STROKES),
+            ],
+        )?;
 
         let infeed = self.stock * (point_angle * R::HALF).sin();
         let finish = self.finish_depth * R::of_i32(self.finish_passes as i32);

@@ -8,7 +8,7 @@
 //! Square roots of differences are written as products (sin^2 phi - sin^2 phi_min and the like), and lengths are
 //! computed for a drill of radius 1, so that `f32` keeps its digits near the limits and no diameter overflows early.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check, within};
 use super::flank::Flank;
 use crate::geometry::Vector;
 use crate::math::Real;
@@ -98,16 +98,10 @@ impl<R: Real> Drill<R> {
 
     /// The cone that grinds this drill, for the axis angle `phi` [rad], 0 < phi < phi0.
     pub fn solve(&self, phi: R) -> Result<Solution<R>, DrillPointError<R>> {
-        if let Some(field) = self.not_finite() {
-            return Err(DrillPointError::NotFinite(field));
-        }
-        if !phi.is_finite() {
-            return Err(DrillPointError::NotFinite(Field::Phi));
-        }
-        self.check_ranges()?;
-        if !(phi > R::ZERO && phi < self.half_point_angle()) {
-            return Err(DrillPointError::OutOfRange(Field::Phi));
-        }
+        self.check(
+            &[(Field::Phi, phi)],
+            (Field::Phi, within(phi, self.half_point_angle())),
+        )?;
         let m = self.slope()?;
 
         let (s, c) = self.half_point_angle().sin_cos();
@@ -173,18 +167,13 @@ impl<R: Real> Drill<R> {
         heel_angle: R,
         target: R,
     ) -> Result<Suggestion<R>, DrillPointError<R>> {
-        if let Some(field) = self.not_finite() {
-            return Err(DrillPointError::NotFinite(field));
-        }
-        for (field, angle) in [(Field::HeelAngle, heel_angle), (Field::Target, target)] {
-            if !angle.is_finite() {
-                return Err(DrillPointError::NotFinite(field));
-            }
-        }
-        self.check_ranges()?;
-        if !(heel_angle >= R::ZERO && heel_angle <= R::PI) {
-            return Err(DrillPointError::OutOfRange(Field::HeelAngle));
-        }
+        self.check(
+            &[(Field::HeelAngle, heel_angle), (Field::Target, target)],
+            (
+                Field::HeelAngle,
+                heel_angle >= R::ZERO && heel_angle <= R::PI,
+            ),
+        )?;
         self.slope()?;
 
         let mut best: Option<Suggestion<R>> = None;
@@ -220,32 +209,30 @@ impl<R: Real> Drill<R> {
         tan.is_finite().then(|| tan.atan())
     }
 
-    fn not_finite(&self) -> Option<Field> {
-        let fields = [
-            (Field::Diameter, self.diameter),
-            (Field::Web, self.web),
-            (Field::PointAngle, self.point_angle),
-            (Field::ChiselAngle, self.chisel_angle),
-            (Field::Clearance, self.clearance),
-        ];
-        let found = fields.iter().find(|(_, x)| !x.is_finite());
-        found.map(|(field, _)| *field)
-    }
-
-    fn check_ranges(&self) -> Result<(), DrillPointError<R>> {
+    /// All numbers of the drill and these more, then all ranges of the drill and this more.
+    fn check(&self, more: &[(Field, R)], last: (Field, bool)) -> Result<(), DrillPointError<R>> {
         let right = R::PI * R::HALF;
-        let within = |x: R, limit: R| x > R::ZERO && x < limit;
-        let checks = [
-            (Field::Diameter, self.diameter > R::ZERO),
-            (Field::Web, within(self.web, self.diameter)),
-            (Field::PointAngle, within(self.point_angle, R::PI)),
-            (Field::ChiselAngle, within(self.chisel_angle, right)),
-            (Field::Clearance, within(self.clearance, right)),
-        ];
-        match checks.iter().find(|(_, good)| !good) {
-            Some((field, _)) => Err(DrillPointError::OutOfRange(*field)),
-            None => Ok(()),
-        }
+        check(
+            &[
+                (Field::Diameter, self.diameter),
+                (Field::Web, self.web),
+                (Field::PointAngle, self.point_angle),
+                (Field::ChiselAngle, self.chisel_angle),
+                (Field::Clearance, self.clearance),
+            ],
+            &[],
+        )?;
+        check(
+            more,
+            &[
+                (Field::Diameter, self.diameter > R::ZERO),
+                (Field::Web, within(self.web, self.diameter)),
+                (Field::PointAngle, within(self.point_angle, R::PI)),
+                (Field::ChiselAngle, within(self.chisel_angle, right)),
+                (Field::Clearance, within(self.clearance, right)),
+                last,
+            ],
+        )
     }
 
     /// m, the flank's slope across the lip, from the clearance at the corner.

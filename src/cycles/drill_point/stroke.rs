@@ -2,11 +2,10 @@
 //!
 //! A point P of the flank, from the apex, is ground at mu = nu(P) - nu(corner), nu its angle about the cone's axis.
 
-use super::error::{DrillPointError, Field};
+use super::error::{DrillPointError, Field, check};
 use super::flank::Flank;
 use super::solve::Cone;
 use crate::geometry::Vector;
-use crate::kinematics::principal;
 use crate::math::Real;
 
 /// Angles of mu [rad].
@@ -51,29 +50,33 @@ impl<R: Real> Stroke<R> {
         heel_angle: R,
         over: R,
     ) -> Result<Self, DrillPointError<R>> {
-        for (field, angle) in [(Field::HeelAngle, heel_angle), (Field::Over, over)] {
-            if !angle.is_finite() {
-                return Err(DrillPointError::NotFinite(field));
-            }
-        }
         let right = R::PI * R::HALF;
-        if !(heel_angle >= R::ZERO && heel_angle <= R::PI) {
-            return Err(DrillPointError::OutOfRange(Field::HeelAngle));
-        }
-        if !(over >= R::ZERO && over <= right) {
-            return Err(DrillPointError::OutOfRange(Field::Over));
-        }
+        check(
+            &[(Field::HeelAngle, heel_angle), (Field::Over, over)],
+            &[
+                (
+                    Field::HeelAngle,
+                    heel_angle >= R::ZERO && heel_angle <= R::PI,
+                ),
+                (Field::Over, over >= R::ZERO && over <= right),
+            ],
+        )?;
         let (sin_phi, cos_phi) = cone.phi.sin_cos();
         let (sin, cos) = cone.omega.sin_cos();
         let e_w = Vector::new(cos_phi * cos, -cos_phi * sin, -sin_phi);
         let e_y = Vector::new(sin, cos, R::ZERO);
-        let angle = |x: R, y: R| {
+        let seen = |x: R, y: R| {
             let p = flank.point(x, y).ok_or(DrillPointError::OffCone)?;
-            Ok(p.dot(e_y).atan2(p.dot(e_w)))
+            Ok((p.dot(e_w), p.dot(e_y)))
         };
         let r0 = flank.half_web();
-        let corner = angle(flank.corner_x(), -r0)?;
-        let contact = |x: R, y: R| angle(x, y).map(|nu| principal(nu - corner));
+        let corner = seen(flank.corner_x(), -r0)?;
+        // The difference of both angles as one, which leaves no turns to take off.
+        let contact = |x: R, y: R| {
+            let (w, y) = seen(x, y)?;
+            let across = y * corner.0 - w * corner.1;
+            Ok(across.atan2(w * corner.0 + y * corner.1))
+        };
         let chisel_far = contact(-chisel_end, r0)?;
         let heel = match flank.heel(heel_angle) {
             Some(heel) => Some(contact(heel.at.0, heel.at.1)?),

@@ -1,0 +1,225 @@
+//! The whole machine in memory: the same controller and step interrupt as on the target, with a serial line to talk to
+//! and a trace of the pins.
+//!
+//! ```text
+//! say("$DRILL=RUN") -> Receiver -> Controller::poll -> queue -> Interpolator::tick -> pins -> Trace
+//!                                        |
+//!                      heard()  <- answers
+//! ```
+//!
+//! Time is that of the step timer. The foreground polls until it has nothing left to move, then one tick passes; how the
+//! two are interleaved cannot change a pulse of a job, only when it begins.
+
+use crate::trace::Trace;
+use hexstep::board::Board;
+use hexstep::controller::Controller;
+use hexstep::protocol::{ByteQueue, RealTime, Receiver};
+use hexstep::settings::AXES;
+use hexstep::stepper::{Interpolator, SegmentQueue, Shared, StepMode, StepPort, StepTimer, Timing};
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+
+/// Counts per second of the step timer: the core clock of the STM32F407.
+pub const TICK_HZ: u32 = 168_000_000;
+
+/// What the foreground and the step interrupt of the memory board share.
+struct Wires {
+    heard: RefCell<VecDeque<u8>>,
+    drivers: Cell<bool>,
+    mode: Cell<StepMode>,
+}
+
+/// The foreground's side of the memory board.
+pub struct MemoryBoard<'a>(&'a Wires);
+
+impl Board for MemoryBoard<'_> {
+    const TICK_HZ: u32 = TICK_HZ;
+
+    fn send(&mut self, byte: u8) -> bool {
+        self.0.heard.borrow_mut().push_back(byte);
+        true
+    }
+    fn enable_drivers(&mut self, on: bool) {
+        self.0.drivers.set(on);
+    }
+    fn set_step_mode(&mut self, mode: StepMode) {
+        self.0.mode.set(mode);
+    }
+}
+
+/// A SysTick of memory: a period written in the handler counts from the wrap after the next one.
+struct SysTick {
+    now: u64,
+    running: u32,
+    reload: u32,
+}
+
+impl StepTimer for SysTick {
+    #[inline(always)]
+    fn set_period(&mut self, counts: u32) {
+        self.reload = counts;
+    }
+}
+
+/// The pins of all motors, as two masks.
+#[derive(Default)]
+struct Pins {
+    levels: u8,
+    directions: u8,
+}
+
+impl StepPort for Pins {
+    #[inline(always)]
+    fn emit(&mut self, levels: u32) {
+        self.levels = levels as u8;
+    }
+    #[inline(always)]
+    fn direct(&mut self, directions: u32) {
+        self.directions = directions as u8;
+    }
+}
+
+/// A controller with its motors. Made by [`with`].
+pub struct Machine<'a> {
+    pub controller: Controller<'a, MemoryBoard<'a>>,
+    interpolator: Interpolator<'a, AXES>,
+    receiver: Receiver<'a>,
+    shared: &'a Shared,
+    wires: &'a Wires,
+    pins: Pins,
+    timer: SysTick,
+    mode: StepMode,
+    /// What the pins did since it was last taken.
+    pub trace: Trace<AXES>,
+}
+
+/// Builds a machine at rest at position 0, gives it to `body`, and takes it apart again.
+pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
+    let (mut segments, mut bytes) = (SegmentQueue::new(), ByteQueue::new());
+    let (shared, flags) = (Shared::new(), RealTime::new());
+    let wires = Wires {
+        heard: RefCell::default(),
+        drivers: Cell::new(false),
+        mode: Cell::new(StepMode::Pulse),
+    };
+    let (segment_sender, segment_receiver) = segments.split();
+    let (byte_sender, byte_receiver) = bytes.split();
+    let rest = TICK_HZ / Timing::FLOOR_HZ;
+    let mut machine = Machine {
+        controller: Controller::new(
+            MemoryBoard(&wires),
+            byte_receiver,
+            &flags,
+            segment_sender,
+            &shared,
+        ),
+        interpolator: Interpolator::new(segment_receiver, &shared, StepMode::Pulse, rest),
+        receiver: Receiver::new(byte_sender, &flags),
+        shared: &shared,
+        wires: &wires,
+        pins: Pins::default(),
+        timer: SysTick {
+            now: 0,
+            running: rest,
+            reload: rest,
+        },
+        mode: StepMode::Pulse,
+        trace: Trace::new(StepMode::Pulse),
+    };
+    body(&mut machine)
+}
+
+impl Machine<'_> {
+    /// Puts bytes on the serial line, as they are.
+    pub fn put(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.receiver.receive(*byte);
+        }
+    }
+
+    /// Puts a line on the serial line.
+    pub fn say(&mut self, line: &str) {
+        self.put(line.as_bytes());
+        self.put(b"\n");
+    }
+
+    /// Everything answered since it was last asked for.
+    pub fn heard(&mut self) -> String {
+        let bytes: Vec<u8> = self.wires.heard.borrow_mut().drain(..).collect();
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    /// Says a line and waits until it is answered and the motors rest; the answer.
+    pub fn ask(&mut self, line: &str) -> String {
+        self.say(line);
+        self.run_to_rest();
+        self.heard()
+    }
+
+    /// One tick of the step timer, the foreground running first.
+    pub fn step(&mut self) {
+        self.controller.poll();
+        self.tick();
+    }
+
+    /// Runs for so many ticks.
+    pub fn run(&mut self, ticks: u64) {
+        for _ in 0..ticks {
+            self.step();
+        }
+    }
+
+    /// Runs until everything asked for is done. The foreground works until it has nothing left to move, then the motors
+    /// run for a while that is shorter than what the queue holds.
+    pub fn run_to_rest(&mut self) {
+        loop {
+            while self.controller.poll() {}
+            if self.controller.is_idle() {
+                return;
+            }
+            // A segment has 40 ticks or more, but around a reversal.
+            for _ in 0..500 {
+                self.tick();
+            }
+        }
+    }
+
+    /// Ticks at which the queue ran dry in motion.
+    pub fn starved(&self) -> u32 {
+        self.shared.starved()
+    }
+
+    /// Time since the machine was built [timer counts].
+    pub fn now(&self) -> u64 {
+        self.timer.now
+    }
+
+    /// Takes the trace out; a new one begins with the pins as they are.
+    pub fn take_trace(&mut self) -> Trace<AXES> {
+        let mut fresh = Trace::new(self.mode);
+        fresh.at(self.timer.now);
+        fresh.steps(self.pins.levels);
+        fresh.directions(self.pins.directions);
+        fresh.enable(self.wires.drivers.get());
+        std::mem::replace(&mut self.trace, fresh)
+    }
+
+    #[inline(always)]
+    fn tick(&mut self) {
+        self.timer.now += u64::from(self.timer.running);
+        self.timer.running = self.timer.reload;
+        let mode = self.wires.mode.get();
+        if mode != self.mode {
+            self.mode = mode;
+            self.interpolator.set_mode(mode);
+            self.trace = Trace::new(mode);
+            self.trace.at(self.timer.now);
+        }
+        self.trace.tick(self.timer.now);
+        self.trace.enable(self.wires.drivers.get());
+        self.interpolator.tick(&mut self.pins, &mut self.timer);
+        // In this order on the pins, too: the steps of the segment before come first.
+        self.trace.steps(self.pins.levels);
+        self.trace.directions(self.pins.directions);
+    }
+}

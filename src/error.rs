@@ -1,0 +1,40 @@
+//! Errors and alarms, by the numbers that hosts know (Grbl 1.1 and grblHAL).
+
+/// A line was refused; nothing moved, nothing changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Error {
+    BadNumber = 2,
+    UnknownCommand = 3,
+    Negative = 4,
+    PulseTooShort = 6,
+    NotIdle = 8,
+    Locked = 9,
+    LineTooLong = 11,
+    StepRate = 12,
+    BeyondTravel = 15,
+    NotPositive = 19,
+    Unsupported = 20,
+    ValueRange = 52,
+    SystemLocked = 56,
+}
+
+impl Error {
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}
+
+/// Motion was cut; the position is in doubt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Alarm {
+    /// Reset, or a dry queue, while the motors moved.
+    StoppedInMotion = 3,
+}
+
+impl Alarm {
+    pub const fn number(self) -> u8 {
+        self as u8
+    }
+}

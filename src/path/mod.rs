@@ -1,0 +1,128 @@
+//! What is to be traced, and the machine that traces it: waypoints -> joint targets in whole steps.
+
+use crate::cycles::drill_point::Cycle;
+use crate::joints::Joints;
+use crate::kinematics::Kinematics;
+use crate::machines::drill_grinder::DrillGrinder;
+
+/// Why a waypoint cannot be a target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathError {
+    /// The pose is beyond what the machine can reach.
+    OutOfReach,
+    /// This joint would leave its travel.
+    OutOfTravel { joint: usize },
+}
+
+/// A target of all joints [steps], and the least time to it [s] (0: a rapid).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target<const N: usize> {
+    pub steps: [i32; N],
+    pub duration: f32,
+}
+
+/// What turns joints into whole steps, and how far they may go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale<const N: usize> {
+    /// Steps per mm or radian.
+    pub steps_per_unit: Joints<N>,
+    /// Ends of the travel [steps].
+    pub lower: [i32; N],
+    pub upper: [i32; N],
+}
+
+/// A drill cycle on its machine. An iterator of targets; a copy can be walked for checking.
+#[derive(Clone, Debug)]
+pub struct DrillPath {
+    cycle: Cycle<f32>,
+    machine: DrillGrinder<f32>,
+    scale: Scale<6>,
+    /// Joints of the last target: turns and the singular pose are chosen near them.
+    near: Joints<6>,
+    begun: bool,
+    held: Option<Target<6>>,
+}
+
+/// The joint that moves the drill straight away from the wheel.
+const D2: usize = 1;
+
+impl DrillPath {
+    /// The cycle, starting from joints `near`.
+    pub fn new(
+        cycle: Cycle<f32>,
+        machine: DrillGrinder<f32>,
+        scale: Scale<6>,
+        near: Joints<6>,
+    ) -> Self {
+        Self {
+            cycle,
+            machine,
+            scale,
+            near,
+            begun: false,
+            held: None,
+        }
+    }
+
+    /// Strokes begun so far, and how many there are.
+    pub fn progress(&self) -> (u32, u32) {
+        (self.cycle.pass(), self.cycle.plan().strokes())
+    }
+}
+
+impl Iterator for DrillPath {
+    type Item = Result<Target<6>, PathError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if let Some(target) = self.held.take() {
+            return Some(Ok(target));
+        }
+        let waypoint = self.cycle.next()?;
+        let joints = match self.machine.inverse(&waypoint.pose, &self.near) {
+            Ok(joints) => joints,
+            Err(_) => return Some(Err(PathError::OutOfReach)),
+        };
+        let target = match self.scale.target(&joints, waypoint.duration) {
+            Ok(target) => target,
+            Err(error) => return Some(Err(error)),
+        };
+        let from = self.near;
+        self.near = joints;
+        if !self.begun {
+            self.begun = true;
+            // Away from the wheel before anything turns, wherever the machine stands.
+            if from[D2] < joints[D2] {
+                let mut away = from;
+                away[D2] = joints[D2];
+                self.held = Some(target);
+                return Some(self.scale.target(&away, 0.0));
+            }
+        }
+        Some(Ok(target))
+    }
+}
+
+impl<const N: usize> Scale<N> {
+    /// Whole steps for joints, or which of them would leave its travel.
+    pub fn target(&self, joints: &Joints<N>, duration: f32) -> Result<Target<N>, PathError> {
+        let steps = joints
+            .to_steps(&self.steps_per_unit)
+            .ok_or(PathError::OutOfReach)?;
+        match self.beyond(&steps) {
+            Some(joint) => Err(PathError::OutOfTravel { joint }),
+            None => Ok(Target { steps, duration }),
+        }
+    }
+
+    /// The first joint that is not within its travel.
+    pub fn beyond(&self, steps: &[i32; N]) -> Option<usize> {
+        (0..N).find(|i| steps[*i] < self.lower[*i] || steps[*i] > self.upper[*i])
+    }
+
+    /// Joints at whole steps.
+    pub fn joints(&self, steps: &[i32; N]) -> Joints<N> {
+        Joints(core::array::from_fn(|i| {
+            steps[i] as f32 / self.steps_per_unit[i]
+        }))
+    }
+}

@@ -1,0 +1,6 @@
+//! Words of a line -> what is to be done: letters with numbers, all or nothing.
+
+pub mod drill;
+pub mod words;
+
+pub use drill::{DrillWords, Refusal};

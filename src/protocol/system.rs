@@ -1,0 +1,86 @@
+//! `$` lines -> [`Command`], and the readings of numbers.
+
+use super::Line;
+use crate::error::Error;
+use crate::program::words::{number, number64, whole};
+use crate::settings::AXES;
+use crate::stepper::Preset;
+
+/// What a line asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command<'a> {
+    Nothing,
+    Help,
+    Settings,
+    Set {
+        number: u16,
+        value: f32,
+    },
+    Info,
+    Unlock,
+    Counters,
+    DrillShow,
+    DrillRun,
+    /// Comma-separated words, a letter and a number each.
+    DrillSet(&'a str),
+    Counts {
+        counts: [i32; AXES],
+        seconds: f64,
+        preset: Preset,
+    },
+}
+
+/// Reads a line, all or nothing.
+pub fn parse(line: &Line) -> Result<Command<'_>, Error> {
+    let Some(rest) = line.strip_prefix('$') else {
+        return if line.is_empty() || line == "%" {
+            Ok(Command::Nothing)
+        } else {
+            Err(Error::Unsupported)
+        };
+    };
+    Ok(match rest {
+        "" => Command::Help,
+        "$" => Command::Settings,
+        "I" => Command::Info,
+        "X" => Command::Unlock,
+        "STAT" => Command::Counters,
+        "DRILL" => Command::DrillShow,
+        "DRILL=RUN" => Command::DrillRun,
+        _ => {
+            let (name, value) = rest.split_once('=').ok_or(Error::UnknownCommand)?;
+            match name {
+                "DRILL" => Command::DrillSet(value),
+                "SEG" => counts(value)?,
+                _ => Command::Set {
+                    number: whole(name)
+                        .and_then(|n| u16::try_from(n).ok())
+                        .ok_or(Error::UnknownCommand)?,
+                    value: number(value).ok_or(Error::BadNumber)?,
+                },
+            }
+        }
+    })
+}
+
+fn counts(text: &str) -> Result<Command<'_>, Error> {
+    let mut words = text.split(',');
+    let mut counts = [0; AXES];
+    for count in &mut counts {
+        *count = words.next().and_then(whole).ok_or(Error::BadNumber)?;
+    }
+    let seconds = words.next().and_then(number64).ok_or(Error::BadNumber)?;
+    let preset = match words.next() {
+        None | Some("PUBLISHED") => Preset::Published,
+        Some("CENTRED") => Preset::Centred,
+        Some(_) => return Err(Error::BadNumber),
+    };
+    match words.next() {
+        None => Ok(Command::Counts {
+            counts,
+            seconds,
+            preset,
+        }),
+        Some(_) => Err(Error::BadNumber),
+    }
+}

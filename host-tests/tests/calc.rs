@@ -90,7 +90,11 @@ fn in_f32_every_case_is_answered_alike() {
 
         let (status_f64, text_f64) = ask(call, "f64", &request);
         let got: Value = serde_json::from_str(&text).unwrap();
-        let wanted: Value = serde_json::from_str(&text_f64).unwrap();
+        let mut wanted: Value = serde_json::from_str(&text_f64).unwrap();
+        if let Some(wanted) = wanted.as_object_mut() {
+            // A coarser tolerance is met sooner.
+            wanted.remove("iterations");
+        }
         if got["error"] == "ScalarNotOffered" {
             continue;
         }

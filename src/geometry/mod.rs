@@ -5,11 +5,13 @@
 pub mod nurbs;
 pub mod pose;
 pub mod rotation;
+pub mod twist;
 pub mod vector;
 pub mod waypoint;
 
 pub use nurbs::Nurbs;
 pub use pose::Pose;
 pub use rotation::Rotation;
+pub use twist::Twist;
 pub use vector::Vector;
 pub use waypoint::Waypoint;

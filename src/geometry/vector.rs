@@ -51,6 +51,11 @@ impl<R: Real> Vector<R> {
         (norm.is_finite() && norm >= least && norm > R::ZERO).then(|| self * (R::ONE / norm))
     }
 
+    /// Angle between the two vectors [rad], 0 ..= pi, exact near 0 and near pi alike.
+    pub fn angle_to(self, other: Self) -> R {
+        self.cross(other).norm().atan2(self.dot(other))
+    }
+
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
     }

@@ -4,7 +4,9 @@
 //! comes before on the path: of the joint vectors that reach a pose, the inverse returns the one on its own branch
 //! whose turning joints are within half a turn of `near`, and where a joint is free (a singular pose) it stays put.
 
+pub mod chain;
 pub mod follow;
+pub mod inverse;
 pub mod way;
 
 pub use way::{ClPoint, Way};
@@ -37,6 +39,17 @@ pub fn nearest_turn<R: Real>(angle: R, near: R) -> R {
 
 /// The same angle in (-pi, pi] [rad].
 pub fn principal<R: Real>(angle: R) -> R {
-    let turned = nearest_turn(angle, R::ZERO);
-    if turned <= -R::PI { R::PI } else { turned }
+    // A sum of two angles of this range needs one turn at most: no division there.
+    let near = if angle.abs() < R::of(9.0) {
+        angle
+    } else {
+        nearest_turn(angle, R::ZERO)
+    };
+    if near > R::PI {
+        near - R::TAU
+    } else if near <= -R::PI {
+        (near + R::TAU).min(R::PI)
+    } else {
+        near
+    }
 }

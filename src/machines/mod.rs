@@ -1,7 +1,10 @@
 //! Machines: what their axes are, where their zero is, and their closed-form kinematics. One file or folder each.
 
+pub mod arm;
 pub mod drill_grinder;
 pub mod five_axis;
+pub mod two_sided;
 
+pub use arm::Arm;
 pub use drill_grinder::DrillGrinder;
 pub use five_axis::FiveAxis;

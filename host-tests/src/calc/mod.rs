@@ -11,9 +11,13 @@
 //! the same. Memory is bounded by the input, not by the answers: each case is read, computed and written in turn.
 
 pub mod answer;
+mod arm;
+mod chain;
 mod drill;
 mod five_axis;
 mod interp;
+mod machine;
+mod mirror;
 pub mod request;
 pub mod schema;
 
@@ -26,7 +30,14 @@ use serde_json::value::RawValue;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Every topic: one line each.
-const TOPICS: &[&[Function]] = &[interp::FUNCTIONS, drill::FUNCTIONS, five_axis::FUNCTIONS];
+const TOPICS: &[&[Function]] = &[
+    interp::FUNCTIONS,
+    drill::FUNCTIONS,
+    five_axis::FUNCTIONS,
+    arm::FUNCTIONS,
+    chain::FUNCTIONS,
+    mirror::FUNCTIONS,
+];
 
 /// One calculator.
 pub struct Function {

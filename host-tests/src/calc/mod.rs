@@ -20,6 +20,7 @@ mod machine;
 mod mirror;
 pub mod request;
 pub mod schema;
+mod surface;
 
 pub use answer::{Answer, Fault};
 pub use request::Request;
@@ -37,6 +38,7 @@ const TOPICS: &[&[Function]] = &[
     arm::FUNCTIONS,
     chain::FUNCTIONS,
     mirror::FUNCTIONS,
+    surface::FUNCTIONS,
 ];
 
 /// One calculator.

@@ -5,7 +5,7 @@
 //!   | front      rows as graphs v = f_i(u), marched from the seed       Rows
 //!   | stations   points along them, chord and lateral sag kept          (u lists)
 //!   | plan       rows clipped at the edge, in segments                  Plan (polylines)
-//!   | poses      wheel and flange poses, feed                           -> machines::arm
+//!   | poses      wheel and flange poses, feed                           -> joints (arm)
 //!   v residual   an independent simulation of the ground profile        Residual
 //! ```
 //!
@@ -15,6 +15,7 @@
 mod error;
 mod front;
 mod job;
+pub mod joints;
 mod part;
 mod plan;
 mod poses;

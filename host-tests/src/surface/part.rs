@@ -2,12 +2,13 @@
 
 use hexstep::geometry::Vector;
 use hexstep::geometry::nurbs::{MAX_COUNT, Nurbs, NurbsError};
+use hexstep::math::Real;
 
 /// Room for the largest net.
-pub type Part = Nurbs<f64, MAX_COUNT, MAX_COUNT>;
+pub type Part<R = f64> = Nurbs<R, MAX_COUNT, MAX_COUNT>;
 
 /// Dune: 200 x 150 mm, bicubic, 8 x 7, three weights of their own; convex, hollow and saddle places.
-pub fn dune() -> Result<Box<Part>, NurbsError> {
+pub fn dune<R: Real>() -> Result<Box<Part<R>>, NurbsError> {
     const X: [f64; 8] = [0.0, 13.0, 40.0, 80.0, 120.0, 160.0, 187.0, 200.0];
     const Y: [f64; 7] = [0.0, 12.5, 37.5, 75.0, 112.5, 137.5, 150.0];
     const Z: [[f64; 7]; 8] = [
@@ -26,11 +27,16 @@ pub fn dune() -> Result<Box<Part>, NurbsError> {
     let points: Vec<_> = X
         .iter()
         .zip(&Z)
-        .flat_map(|(x, row)| Y.iter().zip(row).map(|(y, z)| Vector::new(*x, *y, *z)))
+        .flat_map(|(x, row)| {
+            Y.iter()
+                .zip(row)
+                .map(|(y, z)| Vector::new(R::of(*x), R::of(*y), R::of(*z)))
+        })
         .collect();
-    let mut weights = [1.0; 56];
+    let mut weights = [R::ONE; 56];
     for (i, j, w) in [(2, 3, 1.2), (3, 2, 1.1), (5, 3, 0.9)] {
-        weights[7 * i + j] = w;
+        weights[7 * i + j] = R::of(w);
     }
-    Part::new([3, 3], [8, 7], [&KNOTS_U, &KNOTS_V], &points, &weights).map(Box::new)
+    let (knots_u, knots_v) = (KNOTS_U.map(R::of), KNOTS_V.map(R::of));
+    Part::new([3, 3], [8, 7], [&knots_u, &knots_v], &points, &weights).map(Box::new)
 }

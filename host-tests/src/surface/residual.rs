@@ -10,7 +10,7 @@
 //! of each, and between neighbours the ground surface is S - H n with H the largest or the sum of the stripes, each
 //! measured in its own tool plane.
 
-use super::{Job, Part, SurfaceError};
+use super::{Job, Part, Segment, SurfaceError};
 use hexstep::cycles::surface_grinding::{Grinding, GrindingError, Model, Stripe};
 use hexstep::geometry::Vector;
 use hexstep::geometry::nurbs::{MAX_COUNT, NurbsError, Shape, Slice};
@@ -25,6 +25,12 @@ pub enum PathRow {
     Uv(Vec<[f64; 2]>),
     /// On or near the surface [mm]; taken at its foot points.
     Xyz(Vec<Vector<f64>>),
+}
+
+impl From<&Segment> for PathRow {
+    fn from(segment: &Segment) -> Self {
+        Self::Uv(segment.points.iter().map(|p| p.uv).collect())
+    }
 }
 
 /// Heights in mm, places as (u, v) of the middle of the gap.
@@ -243,6 +249,7 @@ impl<'a> Simulation<'a> {
         let mut share = (u - ua) / (ub - ua);
         let mut v = va + share * (vb - va);
         let mut shape = self.shape(u, v)?;
+        let mut moved = f64::INFINITY;
         for _ in 0..20 {
             let jet = &shape.jet;
             let off = start + chord * share - jet.s;
@@ -261,9 +268,16 @@ impl<'a> Simulation<'a> {
             share += along;
             v += change;
             shape = self.shape(u, v)?;
-            if change.abs() * jet_speed(&shape) < 1e-11 {
+            moved = change.abs() * shape.first[2].sqrt();
+            if moved < 1e-11 {
                 break;
             }
+        }
+        if moved > 1e-6 {
+            return Err(SurfaceError::BadParameter(
+                "path",
+                "must keep to the surface: the normal there does not meet one of its chords",
+            ));
         }
         let at = |e: GrindingError<f64>| SurfaceError::at(e, u, v);
         // The chord's direction in the surface, in coordinates (du, dv).
@@ -343,10 +357,6 @@ impl<'a> Simulation<'a> {
             peak_to_valley: highest - lowest,
         })
     }
-}
-
-fn jet_speed(shape: &Shape<f64>) -> f64 {
-    shape.first[2].sqrt()
 }
 
 fn polyline(part: &Part, grid: &Grid, row: &PathRow) -> Result<Polyline, SurfaceError> {

@@ -50,8 +50,9 @@ impl Stations {
                     }
                 }
                 let worst = |list: &[f64]| {
-                    let sags = rows.rows.iter().map(|row| largest_sag(part, row, list));
-                    sags.fold(Ok(0f64), |worst, sag| Ok(worst?.max(sag?)))
+                    rows.rows.iter().try_fold(0f64, |worst, row| {
+                        Ok(worst.max(largest_sag(part, row, list)?))
+                    })
                 };
                 Ok(Self::Common(refined(&rows.rows[0], density, job, worst)?))
             }

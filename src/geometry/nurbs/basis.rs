@@ -1,6 +1,6 @@
 //! B-spline basis functions with two derivatives, over clamped knots.
 
-use super::{MAX_DEGREE, NurbsError};
+use super::{MAX_DEGREE, NurbsError, Side};
 use crate::math::Real;
 
 /// The knots of one parameter: degree p, n control points, n + p + 1 knots.
@@ -33,8 +33,8 @@ impl<R> Basis<R> {
 
 impl<R: Real, const N: usize> Knots<R, N> {
     /// The knots of `count` control points, checked: number, order, finite, clamped, inner ones at most p times.
-    pub fn new(degree: usize, count: usize, knots: &[R]) -> Result<Self, NurbsError> {
-        let bad = Err(NurbsError::BadKnots);
+    pub fn new(degree: usize, count: usize, knots: &[R], side: Side) -> Result<Self, NurbsError> {
+        let bad = Err(NurbsError::BadKnots(side));
         if knots.len() != count + degree + 1 || !knots.iter().all(|k| k.is_finite()) {
             return bad;
         }

@@ -30,16 +30,23 @@ pub const MAX_DEGREE: usize = 5;
 /// The most control points in either direction.
 pub const MAX_COUNT: usize = 32;
 
+/// One of the two parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    U,
+    V,
+}
+
 /// Why there is no such surface, or no such point on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NurbsError {
     /// A degree outside 1 ..= 5.
-    BadDegree,
+    BadDegree(Side),
     /// Fewer than degree + 1 control points in a direction, more than 32 or than there is room for, not
     /// rectangular, or one that is not finite.
     BadNet,
     /// Knots: wrong number, falling, not finite, not clamped, or one inside repeated more often than the degree.
-    BadKnots,
+    BadKnots(Side),
     /// A weight that is not finite or not greater than 0.
     BadWeight,
     /// (u, v) lies outside the domain.
@@ -49,12 +56,25 @@ pub enum NurbsError {
 }
 
 impl NurbsError {
+    /// The part of the description to look at, by its name in every interface.
+    pub const fn field(self) -> Option<&'static str> {
+        match self {
+            Self::BadDegree(Side::U) => Some("degree_u"),
+            Self::BadDegree(Side::V) => Some("degree_v"),
+            Self::BadNet => Some("points"),
+            Self::BadKnots(Side::U) => Some("knots_u"),
+            Self::BadKnots(Side::V) => Some("knots_v"),
+            Self::BadWeight => Some("weights"),
+            Self::OutOfDomain | Self::DegenerateNormal => None,
+        }
+    }
+
     /// The name under which every interface reports it.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::BadDegree => "BadDegree",
+            Self::BadDegree(_) => "BadDegree",
             Self::BadNet => "BadNet",
-            Self::BadKnots => "BadKnots",
+            Self::BadKnots(_) => "BadKnots",
             Self::BadWeight => "BadWeight",
             Self::OutOfDomain => "OutOfDomain",
             Self::DegenerateNormal => "DegenerateNormal",
@@ -64,11 +84,11 @@ impl NurbsError {
     /// What was expected, as a sentence.
     pub const fn remedy(self) -> &'static str {
         match self {
-            Self::BadDegree => "degrees must be 1 to 5",
+            Self::BadDegree(_) => "degrees must be 1 to 5",
             Self::BadNet => {
                 "the net must be rectangular, with at least degree + 1 and at most 32 finite points in each direction, and as many weights"
             }
-            Self::BadKnots => {
+            Self::BadKnots(_) => {
                 "knots must be finite and not falling, points + degree + 1 of them, first and last repeated degree + 1 times, inner ones at most degree times"
             }
             Self::BadWeight => "weights must be finite and greater than 0",
@@ -115,8 +135,10 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
         points: &[Vector<R>],
         weights: &[R],
     ) -> Result<Self, NurbsError> {
-        if degrees.iter().any(|p| !(1..=MAX_DEGREE).contains(p)) {
-            return Err(NurbsError::BadDegree);
+        for (degree, side) in degrees.iter().zip([Side::U, Side::V]) {
+            if !(1..=MAX_DEGREE).contains(degree) {
+                return Err(NurbsError::BadDegree(side));
+            }
         }
         let [nu, nv] = counts;
         let fits = |n: usize, p: usize, room: usize| n > p && n <= MAX_COUNT.min(room);
@@ -128,8 +150,8 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
         {
             return Err(NurbsError::BadNet);
         }
-        let u = Knots::new(degrees[0], nu, knots[0])?;
-        let v = Knots::new(degrees[1], nv, knots[1])?;
+        let u = Knots::new(degrees[0], nu, knots[0], Side::U)?;
+        let v = Knots::new(degrees[1], nv, knots[1], Side::V)?;
         if !weights.iter().all(|w| w.is_finite() && *w > R::ZERO) {
             return Err(NurbsError::BadWeight);
         }

@@ -23,7 +23,7 @@ pub use slice::Slice;
 
 use super::Vector;
 use crate::math::Real;
-use basis::Knots;
+use basis::{Basis, Knots};
 
 /// The highest degree in either parameter.
 pub const MAX_DEGREE: usize = 5;
@@ -108,7 +108,7 @@ pub type Pair<T> = [T; 2];
 pub struct Nurbs<R, const NU: usize, const NV: usize> {
     u: Knots<R, NU>,
     v: Knots<R, NV>,
-    /// (w x, w y, w z, w), row by row: the first index runs along u.
+    /// (x, y, z, w), row by row: the first index runs along u.
     net: [[[R; 4]; NV]; NU],
     /// The normal is -(S_u x S_v).
     reversed: bool,
@@ -160,7 +160,7 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
         for (row, from) in net.iter_mut().zip(points.chunks(nv)) {
             for (slot, p) in row.iter_mut().zip(from) {
                 let w = weights.next().copied().unwrap_or(R::ONE);
-                *slot = [p.x * w, p.y * w, p.z * w, w];
+                *slot = [p.x, p.y, p.z, w];
             }
         }
         Ok(Self {
@@ -186,6 +186,12 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
     pub fn jet(&self, u: R, v: R) -> Result<Jet<R>, NurbsError> {
         let along_u = self.u.basis(u)?;
         let along_v = self.v.basis(v)?;
+        // Counted from a point of the net near by, so that second derivatives, whose weights are hundreds and cancel, do not
+        // carry the rounding of the whole part's size.
+        let middle = |along: &Basis<R>| along.first + along.functions().len() / 2;
+        let origin = self.net.get(middle(&along_u));
+        let origin = origin.and_then(|row| row.get(middle(&along_v)));
+        let [x0, y0, z0, _] = origin.copied().unwrap_or([R::ZERO; 4]);
         let zero = [R::ZERO; 4];
         let (mut a, mut a_u, mut a_v) = (zero, zero, zero);
         let (mut a_uu, mut a_uv, mut a_vv) = (zero, zero, zero);
@@ -193,7 +199,8 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
         for (row, [n, n_u, n_uu]) in rows.iter().zip(along_u.functions()) {
             let (mut c, mut c_v, mut c_vv) = (zero, zero, zero);
             let points = row.get(along_v.first..).unwrap_or(&[]);
-            for (point, [n, n_v, n_vv]) in points.iter().zip(along_v.functions()) {
+            for ([x, y, z, w], [n, n_v, n_vv]) in points.iter().zip(along_v.functions()) {
+                let point = [(*x - x0) * *w, (*y - y0) * *w, (*z - z0) * *w, *w];
                 for k in 0..4 {
                     c[k] += point[k] * *n;
                     c_v[k] += point[k] * *n_v;
@@ -216,7 +223,7 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
         let s_u = (part(a_u) - s * a_u[3]) * per_w;
         let s_v = (part(a_v) - s * a_v[3]) * per_w;
         Ok(Jet {
-            s,
+            s: s + Vector::new(x0, y0, z0),
             s_u,
             s_v,
             s_uu: (part(a_uu) - s_u * (R::TWO * a_u[3]) - s * a_uu[3]) * per_w,

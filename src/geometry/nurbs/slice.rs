@@ -20,7 +20,8 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
         let mut net = [[[R::ZERO; 4]; 2]; NV];
         let rows = self.net.get(along.first..).unwrap_or(&[]);
         for (row, [n, n_u, _]) in rows.iter().zip(along.functions()) {
-            for ([value, slope], point) in net.iter_mut().zip(row) {
+            for ([value, slope], [x, y, z, w]) in net.iter_mut().zip(row) {
+                let point = [*x * *w, *y * *w, *z * *w, *w];
                 for k in 0..4 {
                     value[k] += point[k] * *n;
                     slope[k] += point[k] * *n_u;

@@ -1,2 +1,52 @@
+//! The firmware: wiring only. Takes the board, splits the two queues, gives each context its ends, loops.
+//!
+//! | context | owns |
+//! |---|---|
+//! | step interrupt (never masked) | `Interpolator`, the pins |
+//! | serial interrupt | `Receiver` |
+//! | foreground, here | `Controller`, which owns everything else |
 #![no_std]
 #![no_main]
+
+mod boards;
+
+use boards::MOTORS;
+use core::mem::MaybeUninit;
+
+use boards::stm32f407::{Hardware, REST_PERIOD};
+use cortex_m_rt::entry;
+use hexstep::controller::Controller;
+use hexstep::protocol::{ByteQueue, RealTime, Receiver};
+use hexstep::stepper::{Interpolator, SegmentQueue, Shared, StepMode};
+
+static REAL_TIME: RealTime = RealTime::new();
+static SHARED: Shared = Shared::new();
+
+#[entry]
+fn main() -> ! {
+    static mut BYTES: ByteQueue = ByteQueue::new();
+    static mut SEGMENTS: SegmentQueue<MOTORS> = SegmentQueue::new();
+    static mut CONTROLLER: MaybeUninit<Controller<'static, Hardware>> = MaybeUninit::uninit();
+
+    let (bytes_in, bytes_out) = BYTES.split();
+    let (segments_in, segments_out) = SEGMENTS.split();
+    let receiver = Receiver::new(bytes_in, &REAL_TIME);
+    let interpolator = Interpolator::new(segments_out, &SHARED, StepMode::default(), REST_PERIOD);
+    let Some(hardware) = Hardware::start(receiver, interpolator) else {
+        panic!("started twice");
+    };
+    let controller = CONTROLLER.write(Controller::new(
+        hardware,
+        bytes_out,
+        &REAL_TIME,
+        segments_in,
+        &SHARED,
+    ));
+    loop {
+        let moved = controller.poll();
+        controller.board.poll();
+        if !moved {
+            controller.board.sleep();
+        }
+    }
+}

@@ -1,13 +1,17 @@
 //! The host side of hexstep: one more board, made of memory.
 
 pub mod calc;
+pub mod cli;
+pub mod emulator;
 pub mod export;
 pub mod files;
 pub mod job;
 pub mod machine;
+pub mod pipeline;
 pub mod plot;
 pub mod reference;
 pub mod report;
 pub mod rig;
+pub mod run;
 pub mod surface;
 pub mod trace;

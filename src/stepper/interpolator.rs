@@ -24,6 +24,21 @@ use core::sync::atomic::{
     compiler_fence,
 };
 
+/// Does something for each motor, the last one first, for as many as there are: a motor that does not exist is one that
+/// `get` does not find, which the compiler knows. Written out, because a loop would stay one where the rest of the
+/// program is compiled for size.
+macro_rules! each_motor {
+    ($motor:ident => $action:expr) => {
+        each_motor!($motor => $action; 7, 6, 5, 4, 3, 2, 1, 0)
+    };
+    ($motor:ident => $action:expr; $($number:literal),*) => {
+        $({
+            const $motor: usize = $number;
+            $action
+        })*
+    };
+}
+
 /// What the interrupt and the foreground tell each other: single words, each written by one side.
 ///
 /// The interrupt cannot be interrupted by the foreground, so plain loads and stores are enough.
@@ -184,16 +199,8 @@ impl<'a, const N: usize> Interpolator<'a, N> {
         }
         shared.remaining.store(remaining, Relaxed);
 
-        let mut steps = 0u32;
-        for channel in self.channels.iter_mut().rev() {
-            // One 64-bit addition, (steps : acc) + (steps : inc): the low half is the accumulator, and its carry is shifted
-            // into the mask from the right. Two instructions on the target. Last motor first: motor 0 ends in bit 0.
-            let sum = join(steps, channel.accumulator).wrapping_add(join(steps, channel.increment));
-            channel.accumulator = sum as u32;
-            steps = (sum >> 32) as u32;
-            // One motor after the other: fetching them all ahead would need registers that must be saved first.
-            compiler_fence(SeqCst);
-        }
+        let mut steps = 0;
+        each_motor!(I => add(self.channels.get_mut(I), &mut steps));
         self.levels = (self.levels & self.kept) ^ steps;
     }
 
@@ -218,7 +225,8 @@ impl<'a, const N: usize> Interpolator<'a, N> {
                 return remaining - 1;
             }
         }
-        let Some(segment) = self.queue.dequeue() else {
+        // Read in place and taken out afterwards: copying a segment costs more than all the rest here.
+        let Some(segment) = self.queue.peek() else {
             if self.moving {
                 shared
                     .starved
@@ -227,6 +235,7 @@ impl<'a, const N: usize> Interpolator<'a, N> {
             return self.rest(timer);
         };
         if shared.halted.load(Relaxed) != 0 {
+            let _ = self.queue.dequeue();
             return self.rest(timer);
         }
         shared
@@ -238,22 +247,19 @@ impl<'a, const N: usize> Interpolator<'a, N> {
             port.direct(segment.directions.into());
         }
         self.moving = segment.kind == Kind::Motion;
+        let ticks = u32::from(segment.ticks).wrapping_sub(1) & Shared::TICKS;
+        let (reversed, wait) = (segment.reversed, segment.wait);
+        let (channels, increments) = (&mut self.channels, &segment.increments);
         if segment.kind == Kind::Preset {
-            for (channel, accumulator) in self.channels.iter_mut().zip(segment.increments) {
-                *channel = Channel {
-                    accumulator,
-                    increment: 0,
-                };
-            }
+            each_motor!(I => preset(channels.get_mut(I), increments.get(I)));
         } else {
-            for (channel, increment) in self.channels.iter_mut().zip(segment.increments) {
-                channel.increment = increment;
-            }
-            if segment.reversed != 0 {
-                self.reverse(segment.reversed, segment.wait);
-            }
+            each_motor!(I => set_increment(channels.get_mut(I), increments.get(I)));
         }
-        u32::from(segment.ticks).wrapping_sub(1) & Shared::TICKS
+        let _ = self.queue.dequeue();
+        if reversed != 0 {
+            self.reverse(reversed, wait);
+        }
+        ticks
     }
 
     /// No motion for one tick.
@@ -279,6 +285,39 @@ impl<'a, const N: usize> Interpolator<'a, N> {
             }
             left >>= 1;
         }
+    }
+}
+
+/// Adds a motor's increment and shifts the carry into the mask of steps. Motor 0 comes last and ends in bit 0.
+#[inline(always)]
+fn add(channel: Option<&mut Channel>, steps: &mut u32) {
+    let Some(channel) = channel else {
+        return;
+    };
+    // One 64-bit addition, (steps : acc) + (steps : inc): the low half is the accumulator, and its carry is shifted
+    // into the mask from the right. Two instructions on the target.
+    let sum = join(*steps, channel.accumulator).wrapping_add(join(*steps, channel.increment));
+    channel.accumulator = sum as u32;
+    *steps = (sum >> 32) as u32;
+    // One motor after the other: fetching them all ahead would need registers that must be saved first.
+    compiler_fence(SeqCst);
+}
+
+#[inline(always)]
+fn set_increment(channel: Option<&mut Channel>, increment: Option<&u32>) {
+    if let (Some(channel), Some(increment)) = (channel, increment) {
+        channel.increment = *increment;
+    }
+}
+
+/// The increment of a preset is the accumulator to be.
+#[inline(always)]
+fn preset(channel: Option<&mut Channel>, accumulator: Option<&u32>) {
+    if let (Some(channel), Some(accumulator)) = (channel, accumulator) {
+        *channel = Channel {
+            accumulator: *accumulator,
+            increment: 0,
+        };
     }
 }
 

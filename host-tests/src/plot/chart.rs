@@ -125,7 +125,7 @@ impl Chart {
             let label = number(x, x_digits);
             canvas.text((px, bottom + 15.0), Anchor::Middle, INK, 11.0, &label);
         }
-        let (y_ticks, y_digits) = ticks(y_lo, y_hi, (height / 45.0) as usize);
+        let (y_ticks, y_digits) = ticks(y_lo, y_hi, ((bottom - TOP) / 32.0) as usize);
         for y in y_ticks {
             let py = y_pixel(y);
             let zero = y == 0.0;

@@ -156,11 +156,15 @@ fn ticks(lo: f64, hi: f64, count: usize) -> (Vec<f64>, usize) {
     }
     let rough = span / count as f64;
     let magnitude = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|factor| factor * magnitude)
-        .find(|step| *step >= rough * 0.999)
-        .unwrap_or(10.0 * magnitude);
+    // The round number nearest to the rough one, as a ratio: 1 up to 1.41, 2 up to 3.16, 5 up to 7.07.
+    let ratio = rough / magnitude;
+    let step = magnitude
+        * match ratio * ratio {
+            square if square < 2.0 => 1.0,
+            square if square < 10.0 => 2.0,
+            square if square < 50.0 => 5.0,
+            _ => 10.0,
+        };
     let digits = (-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
     let first = (lo / step - 1e-9).ceil() as i64;
     let last = (hi / step + 1e-9).floor() as i64;

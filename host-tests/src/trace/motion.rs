@@ -19,7 +19,7 @@
 //! short of the whole one: no edge tells more, and within a window of a start or a stop the acceleration may be
 //! 2 steps / w^2 off.
 
-use super::{TICK_HZ, Trace};
+use super::{Step, TICK_HZ, Trace, bits};
 
 /// Cells to either side of the middle one in a window.
 pub const HALF_WINDOW: usize = 8;
@@ -48,7 +48,23 @@ impl Motion {
         Self::rebuild_between(trace, motor, window, 0, trace.end())
     }
 
-    /// The same, from time `from` to `to` [counts].
+    /// The motions of all motors over the whole trace, in one walk over it.
+    pub fn rebuild_all<const N: usize>(trace: &Trace<N>, window: f64) -> [Self; N] {
+        let Some(grid) = Grid::new(trace, window, 0, trace.end()) else {
+            return std::array::from_fn(|_| Self::empty(window));
+        };
+        let mut lines = std::array::from_fn(|_| Line::new(grid, 0.0));
+        for pulse in trace.pulses() {
+            for (motor, line) in lines.iter_mut().enumerate() {
+                if let Some(step) = pulse.step_of(motor) {
+                    line.cross(&step);
+                }
+            }
+        }
+        lines.map(|line| Self::fitted(&line.finish(), grid, window))
+    }
+
+    /// The motion of one motor from time `from` to `to` [counts].
     pub fn rebuild_between<const N: usize>(
         trace: &Trace<N>,
         motor: usize,
@@ -56,96 +72,50 @@ impl Motion {
         from: u64,
         to: u64,
     ) -> Self {
-        let cell = window / (2 * HALF_WINDOW) as f64;
-        let hertz = TICK_HZ as f64;
-        let counts = cell * hertz;
-        let empty = Self {
+        let Some(grid) = Grid::new(trace, window, from, to).filter(|_| motor < N) else {
+            return Self::empty(window);
+        };
+        // One crossing before the stretch, if there is any near, so that its first line starts where it should: two
+        // windows back are far enough for any motion that the window can resolve.
+        let reach = (grid.counts * 4.0 * HALF_WINDOW as f64) as u64;
+        let begin = grid.first.saturating_sub(reach);
+        let (state, _) = trace.events_from(begin);
+        let mut line = Line::new(grid, state.positions[motor] as f64);
+        for pulse in trace.pulses_from(begin) {
+            if let Some(step) = pulse.step_of(motor) {
+                line.cross(&step);
+                if line.is_full() {
+                    break;
+                }
+            }
+        }
+        Self::fitted(&line.finish(), grid, window)
+    }
+
+    fn empty(window: f64) -> Self {
+        Self {
             start: 0.0,
-            cell,
+            cell: window / (2 * HALF_WINDOW) as f64,
             position: Vec::new(),
             speed: Vec::new(),
             acceleration: Vec::new(),
             jerk: Vec::new(),
-        };
-        if !(counts >= 1.0 && counts.is_finite()) || motor >= N || to <= from {
-            return empty;
         }
-        // Half a window more on either side, so that the fit at the rim rests on real samples.
-        let margin = (window * hertz) as u64;
-        let first = from.saturating_sub(margin);
-        let last = to.saturating_add(margin).min(trace.end().max(to));
-        let cells = ((last - first) as f64 / counts).ceil() as usize;
-        let mean = Self::cell_means(trace, motor, first, counts, cells);
+    }
 
-        let skip = ((from - first) as f64 / counts).floor() as usize;
-        let kept = (((to - first) as f64 / counts).ceil() as usize).min(mean.len());
-        let mut motion = Self {
-            start: (first as f64 + (skip as f64 + 0.5) * counts) / hertz,
-            ..empty
-        };
-        for middle in skip..kept {
-            let [speed, acceleration, jerk] = fit(&mean, middle);
+    fn fitted(mean: &[f64], grid: Grid, window: f64) -> Self {
+        let mut motion = Self::empty(window);
+        let cell = motion.cell;
+        motion.start =
+            (grid.first as f64 + (grid.skip as f64 + 0.5) * grid.counts) / TICK_HZ as f64;
+        for middle in grid.skip..grid.kept.min(mean.len()) {
+            let [speed, acceleration, jerk] = fit(mean, middle);
             motion.position.push(mean[middle]);
             motion.speed.push(speed / cell);
             motion.acceleration.push(acceleration / (cell * cell));
             motion.jerk.push(jerk / (cell * cell * cell));
         }
         motion
-    }
-
-    /// Averages of the line through the crossings over `cells` cells of `counts` counts from `first` on [steps].
-    fn cell_means<const N: usize>(
-        trace: &Trace<N>,
-        motor: usize,
-        first: u64,
-        counts: f64,
-        cells: usize,
-    ) -> Vec<f64> {
-        // One crossing before the stretch, if there is any near, so that its first line starts where it should: two
-        // windows back are far enough for any motion that the window can resolve.
-        let reach = (counts * 4.0 * HALF_WINDOW as f64) as u64;
-        let begin = first.saturating_sub(reach);
-        let (state, _) = trace.events_from(begin);
-        let mut crossings = trace
-            .pulses_from(begin)
-            .filter_map(|pulse| pulse.step_of(motor))
-            .map(|step| {
-                (
-                    step.time as f64 - first as f64,
-                    step.position as f64 - 0.5 * f64::from(step.sign),
-                )
-            });
-
-        let resting = state.positions[motor] as f64;
-        let mut mean = Vec::with_capacity(cells);
-        // The line under way, from (t0, x0) to (t1, x1); before the first crossing and after the last it is level.
-        let mut next = crossings.next();
-        let (mut t0, mut x0) = (f64::NEG_INFINITY, next.map_or(resting, |(_, x)| x));
-        for cell in 0..cells {
-            let (mut t, end) = (cell as f64 * counts, (cell + 1) as f64 * counts);
-            let mut area = 0.0;
-            while t < end {
-                while let Some((t1, x1)) = next.filter(|(t1, _)| *t1 <= t) {
-                    (t0, x0) = (t1, x1);
-                    next = crossings.next();
-                }
-                let (until, slope) = match next {
-                    Some((t1, x1)) if t0.is_finite() => (t1.min(end), (x1 - x0) / (t1 - t0)),
-                    Some((t1, _)) => (t1.min(end), 0.0),
-                    None => (end, 0.0),
-                };
-                let middle = 0.5 * (t + until);
-                let x = if slope == 0.0 {
-                    x0
-                } else {
-                    x0 + slope * (middle - t0)
-                };
-                area += x * (until - t);
-                t = until;
-            }
-            mean.push(area / counts);
-        }
-        mean
     }
 
     /// Time of sample `index` [s].
@@ -161,6 +131,151 @@ impl Motion {
     /// Largest magnitude in one of the lists.
     pub fn largest(list: &[f64]) -> f64 {
         list.iter().fold(0.0, |held: f64, y| held.max(y.abs()))
+    }
+}
+
+/// The cells of a stretch of time.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    /// Time of the first cell's beginning [counts], and the length of a cell.
+    first: u64,
+    counts: f64,
+    cells: usize,
+    /// Cells asked for: from `skip` to before `kept`. Those beside them serve the fit.
+    skip: usize,
+    kept: usize,
+}
+
+impl Grid {
+    /// `None` for a window that is not positive, or a stretch that is empty.
+    fn new<const N: usize>(trace: &Trace<N>, window: f64, from: u64, to: u64) -> Option<Self> {
+        let hertz = TICK_HZ as f64;
+        let counts = window * hertz / (2 * HALF_WINDOW) as f64;
+        if !(counts >= 1.0 && counts.is_finite()) || to <= from {
+            return None;
+        }
+        // A window more on either side, so that the fit at the rim rests on real samples.
+        let margin = (window * hertz) as u64;
+        let first = from.saturating_sub(margin);
+        let last = to.saturating_add(margin).min(trace.end().max(to));
+        let cell_of = |time: u64| (time - first) as f64 / counts;
+        Some(Self {
+            first,
+            counts,
+            cells: cell_of(last).ceil() as usize,
+            skip: cell_of(from).floor() as usize,
+            kept: cell_of(to).ceil() as usize,
+        })
+    }
+}
+
+/// The line through the crossings of one motor, averaged over the cells of a grid as it grows.
+struct Line {
+    grid: Grid,
+    /// Where it ends by now: counts from the grid's beginning, and steps.
+    t: f64,
+    x: f64,
+    /// Whether there has been a crossing; before it the line is level.
+    begun: bool,
+    /// Means of the cells that are full; integral over the cell under way.
+    mean: Vec<f64>,
+    area: f64,
+}
+
+impl Line {
+    /// At rest at `x` until the first crossing.
+    fn new(grid: Grid, x: f64) -> Self {
+        Self {
+            grid,
+            t: 0.0,
+            x,
+            begun: false,
+            mean: Vec::with_capacity(grid.cells),
+            area: 0.0,
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        self.mean.len() >= self.grid.cells
+    }
+
+    fn cross(&mut self, step: &Step) {
+        let t = step.time as f64 - self.grid.first as f64;
+        let x = step.position as f64 - 0.5 * f64::from(step.sign);
+        if !self.begun {
+            // From the first crossing back the line is level.
+            self.x = x;
+            self.begun = true;
+            self.t = t.min(0.0);
+        }
+        self.draw(t, x);
+    }
+
+    /// Draws the line on to (t, x).
+    fn draw(&mut self, t: f64, x: f64) {
+        let Grid { counts, cells, .. } = self.grid;
+        let slope = if t > self.t {
+            (x - self.x) / (t - self.t)
+        } else {
+            0.0
+        };
+        let (t0, x0) = (self.t, self.x);
+        let mut from = t0.max(0.0);
+        while from < t && self.mean.len() < cells {
+            let end = (self.mean.len() + 1) as f64 * counts;
+            let until = end.min(t);
+            self.area += (x0 + slope * (0.5 * (from + until) - t0)) * (until - from);
+            if until >= end {
+                self.mean.push(self.area / counts);
+                self.area = 0.0;
+            }
+            from = until;
+        }
+        (self.t, self.x) = (t, x);
+    }
+
+    /// Level to the end of the grid.
+    fn finish(mut self) -> Vec<f64> {
+        let Grid { counts, cells, .. } = self.grid;
+        // A cell more than there are, so that rounding leaves none open.
+        let (end, x) = ((cells + 1) as f64 * counts, self.x);
+        self.draw(end.max(self.t), x);
+        self.mean
+    }
+}
+
+impl<const N: usize> Trace<N> {
+    /// Positions of all motors every `counts` counts from 0 to the end of the trace [steps]: on the line through the
+    /// crossings of half steps, and on whole steps before the first and after the last of them.
+    pub fn rebuilt_every(&self, counts: u64) -> Vec<[f64; N]> {
+        let counts = counts.max(1);
+        let length = (self.end() / counts + 1) as usize;
+        let mut rebuilt = vec![[0.0; N]; length];
+        // The last crossing of each motor: its time and place; at first, rest at zero.
+        let mut last: [Option<(u64, f64)>; N] = [None; N];
+        for pulse in self.pulses() {
+            for motor in bits::<N>(pulse.motors) {
+                let Some(step) = pulse.step_of(motor) else {
+                    continue;
+                };
+                let x1 = step.position as f64 - 0.5 * f64::from(step.sign);
+                if let Some((t0, x0)) = last[motor] {
+                    let slope = (x1 - x0) / (pulse.time - t0).max(1) as f64;
+                    for k in t0.div_ceil(counts)..pulse.time.div_ceil(counts) {
+                        rebuilt[k as usize][motor] = x0 + slope * (k * counts - t0) as f64;
+                    }
+                }
+                last[motor] = Some((pulse.time, x1));
+            }
+        }
+        let end = self.positions();
+        for motor in 0..N {
+            let first = last[motor].map_or(0, |(t0, _)| t0.div_ceil(counts) as usize);
+            for row in rebuilt.iter_mut().skip(first) {
+                row[motor] = end[motor] as f64;
+            }
+        }
+        rebuilt
     }
 }
 

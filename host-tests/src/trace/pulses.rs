@@ -94,3 +94,19 @@ impl<const N: usize> Pulse<N> {
             })
     }
 }
+
+impl<const N: usize> Trace<N> {
+    /// Time [counts] and positions [steps] every `counts` counts from 0 to the end of the trace.
+    pub fn positions_every(&self, counts: u64) -> impl Iterator<Item = (u64, [i64; N])> + '_ {
+        let counts = counts.max(1);
+        let mut pulses = self.pulses().peekable();
+        let mut positions = [0; N];
+        (0..=self.end() / counts).map(move |k| {
+            let time = k * counts;
+            while let Some(pulse) = pulses.next_if(|pulse| pulse.time <= time) {
+                positions = pulse.positions;
+            }
+            (time, positions)
+        })
+    }
+}

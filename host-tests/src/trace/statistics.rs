@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 /// Gaps over which the largest rate is taken: long enough that a tick more or less does not show, short enough that a
 /// peak does.
-pub const RATE_GAPS: usize = 16;
+pub const RATE_GAPS: usize = 64;
 
 /// What one motor did over the whole trace. Times in counts of the step timer; `None` where nothing of the kind
 /// happened.

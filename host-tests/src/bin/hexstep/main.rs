@@ -2,24 +2,61 @@
 
 use clap::{Parser, Subcommand};
 use hexstep_host::calc;
+use hexstep_host::cli::run::{self as jobs, Extent};
+use hexstep_host::run::Scalar;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
 #[derive(Parser)]
 #[command(
     version,
-    about = "Six motors in exact step synchrony: jobs and calculators on a PC"
+    about = "Six motors in exact step synchrony: jobs and calculators on a PC",
+    after_help = EXAMPLES
 )]
 struct Arguments {
+    /// Without a command the delivered job drill-point is run
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Subcommand)]
 enum Command {
+    /// Run a job: simulate every pulse, write report, waves and steps
+    #[command(after_help = RUN_EXAMPLES)]
+    Run(Run),
+    /// Show the jobs that come with the program
+    List,
     /// Ask a calculator: JSON on standard input, JSON on standard output
     #[command(after_help = CALC_EXAMPLES)]
     Calc(Calc),
+}
+
+#[derive(clap::Args)]
+struct Run {
+    /// A job file, or the name of a delivered job (see `hexstep list`)
+    job: String,
+    /// Folder for the results [default: target/hexstep/JOB]
+    #[arg(long, value_name = "DIR")]
+    out: Option<std::path::PathBuf>,
+    /// The type in which geometry and kinematics are computed; f32 gives the target's own pulses
+    #[arg(long, value_enum, default_value = "f32")]
+    scalar: ScalarName,
+    /// How much of the job trace.vcd and trace.csv hold: its first 4 million steps, all, or no such files
+    #[arg(long, value_enum, default_value = "start")]
+    trace: ExtentName,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum ExtentName {
+    Start,
+    All,
+    None,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum ScalarName {
+    F32,
+    F64,
 }
 
 #[derive(clap::Args)]
@@ -35,6 +72,21 @@ struct Calc {
     list: bool,
 }
 
+const EXAMPLES: &str = r#"Examples:
+  hexstep                                  grind the delivered drill point
+  hexstep list                             show the delivered jobs
+  hexstep run counts                       run lines of step counts
+  hexstep run my-drill.toml --out results  run a job of your own
+  hexstep calc --list                      show every calculator
+  hexstep calc --help                      how to ask them"#;
+
+const RUN_EXAMPLES: &str = r#"Exit status: 0 all motors where they should be; 1 something is wrong with the result; 2 bad input, nothing written.
+
+Examples:
+  hexstep run drill-point
+  hexstep run host-tests/jobs/counts.toml
+  hexstep run my-drill.toml --out results --scalar f64 --trace none"#;
+
 const CALC_EXAMPLES: &str = r#"Lengths in mm, angles in degrees, times in s. One object is one case; an array of objects is answered by an array.
 Exit status: 0 every case answered; 2 bad input, told as {"error": NAME, "detail": SENTENCE}.
 
@@ -47,7 +99,22 @@ Examples:
 
 fn main() -> ExitCode {
     let status = match Arguments::parse().command {
-        Command::Calc(arguments) => run_calc(arguments),
+        None => jobs::run(&jobs::Request::default()),
+        Some(Command::Run(arguments)) => jobs::run(&jobs::Request {
+            job: Some(arguments.job),
+            out: arguments.out,
+            scalar: match arguments.scalar {
+                ScalarName::F32 => Scalar::F32,
+                ScalarName::F64 => Scalar::F64,
+            },
+            extent: match arguments.trace {
+                ExtentName::Start => Extent::Start,
+                ExtentName::All => Extent::All,
+                ExtentName::None => Extent::Nothing,
+            },
+        }),
+        Some(Command::List) => jobs::list(),
+        Some(Command::Calc(arguments)) => run_calc(arguments),
     };
     ExitCode::from(status)
 }

@@ -1,5 +1,16 @@
 //! Figures and tables -> one HTML page that needs nothing else: no network, no script, and it prints well.
 
+mod counts;
+mod drill;
+mod ground;
+mod motors;
+mod outline;
+
+pub use counts::{CountsFigures, Deviation, LineFigures};
+pub use drill::DrillFigures;
+pub use ground::{Feature, GroundDrill, Stroke};
+pub use motors::{Channel, MotorFigures, Motors, pulse_trains};
+
 use crate::plot::escape;
 use std::fmt::Write;
 
@@ -91,10 +102,11 @@ impl Report {
 
     /// A figure: an `<svg>` element as `plot` makes it, and what it shows.
     pub fn figure(&mut self, svg: &str, caption: &str) {
-        self.put(format_args!(
-            "<figure>{svg}<figcaption>{}</figcaption></figure>\n",
-            escape(caption)
-        ));
+        self.put(format_args!("<figure>{svg}"));
+        if !caption.is_empty() {
+            self.put(format_args!("<figcaption>{}</figcaption>", escape(caption)));
+        }
+        self.put(format_args!("</figure>\n"));
     }
 
     /// Figures side by side where the page is wide enough.

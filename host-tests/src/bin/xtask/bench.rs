@@ -1,0 +1,235 @@
+//! Measures the figures: the step interrupt in the shipped program, foreground functions in the bench program, sizes,
+//! and the host's own speed.
+
+use super::board::Board;
+use super::build::{self, BENCH, FIRMWARE};
+use super::figures::Measured;
+use super::install;
+use super::run::Outcome;
+use hexstep_host::emulator::{Counter, Elf, Emulator, Options, Recording, Tally};
+use hexstep_host::machine;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Core clock [Hz], in which model cycles are counted.
+const CORE_HZ: f64 = 168.0e6;
+/// Calls of each function of the bench program.
+const ROUNDS: u64 = 64;
+/// Longest time one run may take in the emulator.
+const PATIENCE: Duration = Duration::from_secs(300);
+/// Pulse time of 1 us and no more: ticks as short as the firmware allows, 240 timer counts.
+const FASTEST: &str = "$0=1";
+/// Time for 100 000 steps in ticks of 240 counts, two a step and one a step, a hair above the least.
+const PULSE_SECONDS: f64 = 100_000.0 * 2.0 * 240.0 / CORE_HZ + 1e-6;
+const EDGE_SECONDS: f64 = 100_000.0 * 240.0 / CORE_HZ + 1e-6;
+
+pub fn task(board: Board) -> Outcome<()> {
+    install::everything()?;
+    let firmware = build::firmware(board, FIRMWARE, false)?;
+    let bench = build::firmware(board, BENCH, false)?;
+    let folder = firmware.parent().unwrap_or(Path::new("."));
+    let counter = Counter::build(folder).map_err(|error| error.to_string())?;
+
+    let mut measured = Measured::default();
+    step_interrupt(&firmware, &counter, &mut measured)?;
+    functions(&bench, counter, &mut measured)?;
+    sizes(&firmware, &mut measured)?;
+    host_speed(&mut measured)?;
+
+    println!();
+    let missed = measured.print();
+    println!(
+        "\nInstructions are counted in the emulator; cycles are a model (memory without wait states)."
+    );
+    let path = folder.join("bench.json");
+    measured.write(&path)?;
+    println!("written to {}", path.display());
+    if missed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("goals not reached: {}", missed.join(", ")))
+    }
+}
+
+/// W1 to W4 on the shipped program's own handler, in all ticks from the first edge to the last.
+fn step_interrupt(elf: &Path, counter: &Counter, measured: &mut Measured) -> Outcome<()> {
+    let mut options = Options::new(elf);
+    options.counter = Some(counter.clone());
+    let mut session = Session::start(&options)?;
+    session.ask(FASTEST)?;
+
+    let w1 = session.run("W1, six motors together", [100_000; 6], PULSE_SECONDS)?;
+    measured.set("isr_w1_instructions", w1.tally.mean_instructions())?;
+    measured.set(
+        "isr_w1_worst_instructions",
+        w1.tally.worst.instructions.into(),
+    )?;
+    measured.set("isr_w1_cycles_model", w1.tally.mean_cycles())?;
+    measured.set("isr_w1_worst_cycles_model", w1.tally.worst.cycles.into())?;
+    measured.set("isr_w1_instructions_per_step_pulse", w1.per_step())?;
+
+    let golden = [-100_000, -61_803, -38_197, -23_607, -14_590, -9_017];
+    let w2 = session.run("W2, golden ratios", golden, PULSE_SECONDS)?;
+    measured.set("isr_w2_instructions", w2.tally.mean_instructions())?;
+    measured.set(
+        "isr_w2_worst_instructions",
+        w2.tally.worst.instructions.into(),
+    )?;
+
+    let w3 = session.run("W3, one motor", [100_000, 0, 0, 0, 0, 0], PULSE_SECONDS)?;
+    measured.set("isr_w3_instructions", w3.tally.mean_instructions())?;
+    measured.set(
+        "isr_w3_worst_instructions",
+        w3.tally.worst.instructions.into(),
+    )?;
+
+    let three = [-100_000, 100_000, 100_000, 0, 0, 0];
+    let w4 = session.run("W4, three motors", three, PULSE_SECONDS)?;
+    measured.set("isr_w4_instructions", w4.tally.mean_instructions())?;
+    measured.set(
+        "isr_w4_worst_instructions",
+        w4.tally.worst.instructions.into(),
+    )?;
+
+    let load = session.run("six motors at 100 kHz", [-100_000; 6], 1.0)?;
+    measured.set("isr_load_100khz_six", load.tally.cycles as f64 / CORE_HZ)?;
+
+    session.ask("$1010=1")?;
+    session.both_edges = true;
+    let edges = session.run("W1, both edges", [100_000; 6], EDGE_SECONDS)?;
+    measured.set("isr_w1_instructions_per_step_both_edge", edges.per_step())
+}
+
+/// A run of the step interrupt.
+struct Run {
+    tally: Tally,
+    steps: i64,
+}
+
+impl Run {
+    fn per_step(&self) -> f64 {
+        self.tally.instructions as f64 / self.steps as f64
+    }
+}
+
+/// A booted firmware that may move.
+struct Session {
+    emulator: Emulator,
+    both_edges: bool,
+}
+
+impl Session {
+    fn start(options: &Options) -> Outcome<Self> {
+        let mut emulator = Emulator::boot(options).map_err(|error| error.to_string())?;
+        emulator
+            .expect_banner()
+            .map_err(|error| error.to_string())?;
+        let mut session = Self {
+            emulator,
+            both_edges: false,
+        };
+        // The emulator has no crystal; its step timer runs at the right speed all the same.
+        session.ask("$1012=1")?;
+        Ok(session)
+    }
+
+    fn ask(&mut self, line: &str) -> Outcome<()> {
+        let answer = self
+            .emulator
+            .ask(line, PATIENCE)
+            .map_err(|error| error.to_string())?;
+        match answer.last().map(String::as_str) {
+            Some("ok") => Ok(()),
+            _ => Err(format!(
+                "{line}: the firmware answered {}",
+                answer.join(" ")
+            )),
+        }
+    }
+
+    /// Runs a line of counts; what the step interrupt cost in it.
+    fn run(&mut self, name: &str, counts: [i32; 6], seconds: f64) -> Outcome<Run> {
+        println!("{name} ...");
+        let _ = self.emulator.take_recording();
+        let [a, b, c, d, e, f] = counts;
+        self.ask(&format!("$SEG={a},{b},{c},{d},{e},{f},{seconds:.7}"))?;
+        self.emulator
+            .expect_idle(PATIENCE)
+            .map_err(|error| error.to_string())?;
+        let recording = self.emulator.take_recording();
+        self.check(&recording, counts)?;
+        Ok(Run {
+            tally: Tally::of(recording.costs(recording.motion())),
+            steps: counts
+                .iter()
+                .map(|count| i64::from(count.unsigned_abs()))
+                .sum(),
+        })
+    }
+
+    /// A figure of a run that went wrong would be worthless.
+    fn check(&self, recording: &Recording, counts: [i32; 6]) -> Outcome<()> {
+        let made = recording.positions(self.both_edges);
+        for (motor, (made, wanted)) in made.iter().zip(counts).enumerate() {
+            if *made != i64::from(wanted) {
+                return Err(format!(
+                    "motor {motor} made {made} steps instead of {wanted}"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Mean instructions of functions in the bench program.
+fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outcome<()> {
+    println!("functions of the foreground ...");
+    let figures = [
+        ("drill_solve_instructions", "bench_drill_solve"),
+        ("drill_pose_instructions", "bench_drill_pose"),
+        ("segment_instructions", "bench_segment"),
+    ];
+    let numbers = figures.map(|(key, function)| (key, counter.watch(function)));
+    let mut options = Options::new(elf);
+    options.counter = Some(counter);
+    let emulator = Emulator::boot(&options).map_err(|error| error.to_string())?;
+    let last = numbers[numbers.len() - 1].1;
+    emulator
+        .wait_for("end of the bench program", PATIENCE, |recording| {
+            recording.tally(last).calls >= ROUNDS
+        })
+        .map_err(|error| error.to_string())?;
+    let recording = emulator.take_recording();
+    for (key, number) in numbers {
+        measured.set(key, recording.tally(number).mean_instructions())?;
+    }
+    Ok(())
+}
+
+fn sizes(elf: &Path, measured: &mut Measured) -> Outcome<()> {
+    let elf = Elf::read(elf).map_err(|error| error.to_string())?;
+    measured.set("firmware_flash_bytes", elf.flash_bytes().into())?;
+    measured.set("firmware_ram_bytes", elf.ram_bytes().into())
+}
+
+/// The same step interrupt in memory, with its pins traced.
+fn host_speed(measured: &mut Measured) -> Outcome<()> {
+    println!("the host's simulation ...");
+    let (ticks, seconds) = machine::with(|machine| {
+        machine.ask("");
+        machine.ask(FASTEST);
+        machine.trace = machine.take_trace();
+        let before = machine.trace.ticks();
+        let start = Instant::now();
+        let mut ticks = 0;
+        for round in 0..40 {
+            let sign = if round % 2 == 0 { "" } else { "-" };
+            machine.ask(&format!(
+                "$SEG={sign}100000,{sign}61803,{sign}38197,{sign}23607,{sign}14590,{sign}9017,{PULSE_SECONDS:.7}"
+            ));
+            ticks += machine.take_trace().ticks();
+        }
+        (ticks - before, start.elapsed().as_secs_f64())
+    });
+    measured.set("host_ticks_per_second", ticks as f64 / seconds)
+}

@@ -1,0 +1,145 @@
+//! The project's figures: name, unit, goal; the table and the file they are printed to.
+//!
+//! A new figure is one row of [`FIGURES`] and one `measured.set` where it is measured.
+
+use super::run::Outcome;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One figure to reach.
+pub struct Figure {
+    /// Name in `bench.json`.
+    pub key: &'static str,
+    pub unit: &'static str,
+    pub goal: Goal,
+    /// What it says, in one line.
+    pub what: &'static str,
+}
+
+#[derive(Clone, Copy)]
+pub enum Goal {
+    None,
+    AtMost(f64),
+    AtLeast(f64),
+}
+
+impl Goal {
+    fn is_met(self, value: f64) -> bool {
+        match self {
+            Goal::None => true,
+            Goal::AtMost(goal) => value <= goal,
+            Goal::AtLeast(goal) => value >= goal,
+        }
+    }
+}
+
+const fn figure(key: &'static str, unit: &'static str, goal: Goal, what: &'static str) -> Figure {
+    Figure {
+        key,
+        unit,
+        goal,
+        what,
+    }
+}
+
+use Goal::{AtLeast, AtMost, None};
+
+/// All figures, in the order of the table.
+#[rustfmt::skip]
+pub const FIGURES: &[Figure] = &[
+    figure("isr_w1_instructions", "instructions/tick", AtMost(60.0), "step interrupt, six motors stepping together, mean"),
+    figure("isr_w1_worst_instructions", "instructions/tick", AtMost(160.0), "the same, worst tick"),
+    figure("isr_w2_instructions", "instructions/tick", AtMost(60.0), "six motors in golden ratios, mean"),
+    figure("isr_w2_worst_instructions", "instructions/tick", AtMost(160.0), "the same, worst tick"),
+    figure("isr_w3_instructions", "instructions/tick", AtMost(60.0), "one motor, mean"),
+    figure("isr_w3_worst_instructions", "instructions/tick", AtMost(160.0), "the same, worst tick"),
+    figure("isr_w4_instructions", "instructions/tick", AtMost(60.0), "three motors, mean"),
+    figure("isr_w4_worst_instructions", "instructions/tick", AtMost(160.0), "the same, worst tick"),
+    figure("isr_w1_instructions_per_step_pulse", "instructions/step", AtMost(20.0), "all ticks over all steps, pulse mode"),
+    figure("isr_w1_instructions_per_step_both_edge", "instructions/step", AtMost(10.0), "the same, both-edge mode"),
+    figure("isr_w1_cycles_model", "cycles/tick", AtMost(110.0), "model, entry and exit included, mean"),
+    figure("isr_w1_worst_cycles_model", "cycles/tick", None, "model, worst tick"),
+    figure("isr_load_100khz_six", "of the processor", AtMost(0.14), "model: pulse mode, six motors at 100 kHz"),
+    figure("segment_instructions", "instructions/segment", None, "preparing one segment of six motors"),
+    figure("drill_solve_instructions", "instructions", None, "grinding parameters from a drill's geometry"),
+    figure("drill_pose_instructions", "instructions", None, "pose to six joints"),
+    figure("firmware_flash_bytes", "bytes", AtMost(96.0 * 1024.0), "code and constants"),
+    figure("firmware_ram_bytes", "bytes", AtMost(48.0 * 1024.0), "statics, without the stack"),
+    figure("host_ticks_per_second", "ticks/s", AtLeast(20.0e6), "interpolator on this machine, one thread"),
+];
+
+/// Measured values by key.
+#[derive(Default)]
+pub struct Measured(BTreeMap<&'static str, f64>);
+
+impl Measured {
+    /// Notes a value; a key that no figure has is a mistake here and is named.
+    pub fn set(&mut self, key: &'static str, value: f64) -> Outcome<()> {
+        if !FIGURES.iter().any(|figure| figure.key == key) {
+            return Err(format!("no figure is named {key}"));
+        }
+        if !value.is_finite() {
+            return Err(format!("{key} could not be measured"));
+        }
+        self.0.insert(key, value);
+        Ok(())
+    }
+
+    /// Prints the table; the names of the figures that miss their goal or were not measured.
+    pub fn print(&self) -> Vec<&'static str> {
+        let mut missed = Vec::new();
+        println!("{:42} {:>14} {:>14}  unit", "figure", "value", "goal");
+        for figure in FIGURES {
+            let Some(&value) = self.0.get(figure.key) else {
+                println!(
+                    "{:42} {:>14} {:>14}  {}",
+                    figure.key,
+                    "not measured",
+                    goal(figure.goal),
+                    figure.unit
+                );
+                missed.push(figure.key);
+                continue;
+            };
+            let met = figure.goal.is_met(value);
+            if !met {
+                missed.push(figure.key);
+            }
+            let mark = if met { ' ' } else { '!' };
+            println!(
+                "{:42} {:>14}{mark}{:>14}  {}: {}",
+                figure.key,
+                number(value),
+                goal(figure.goal),
+                figure.unit,
+                figure.what
+            );
+        }
+        missed
+    }
+
+    /// Writes all values as one flat JSON object.
+    pub fn write(&self, path: &Path) -> Outcome<()> {
+        let text = serde_json::to_string_pretty(&self.0).map_err(|error| error.to_string())?;
+        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))
+    }
+}
+
+fn goal(goal: Goal) -> String {
+    match goal {
+        Goal::None => String::from("-"),
+        Goal::AtMost(value) => format!("<= {}", number(value)),
+        Goal::AtLeast(value) => format!(">= {}", number(value)),
+    }
+}
+
+/// Whole numbers as such, others with as many places as they need to be compared.
+fn number(value: f64) -> String {
+    if value.abs() >= 1000.0 {
+        format!("{value:.0}")
+    } else if value.abs() >= 1.0 {
+        format!("{value:.1}")
+    } else {
+        format!("{value:.3}")
+    }
+}

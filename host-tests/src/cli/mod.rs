@@ -1,0 +1,3 @@
+//! What the binary `hexstep` does, command by command.
+
+pub mod run;

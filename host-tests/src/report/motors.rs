@@ -1,0 +1,303 @@
+//! A trace -> what each motor did, beside what it may do: a table, and charts over time.
+
+use super::{Cell, Report};
+use crate::plot::{Chart, Waves, colour, number};
+use crate::trace::{Change, Motion, MotorStatistics, TICK_HZ, Trace, seconds};
+
+/// What is to be shown of a motor, and in which unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    pub name: String,
+    /// `"mm"`, `"deg"` or `"steps"`.
+    pub unit: &'static str,
+    pub steps_per_unit: f64,
+    /// [steps/s] and [steps/s2], where there is a limit.
+    pub largest_rate: Option<f64>,
+    pub largest_acceleration: Option<f64>,
+}
+
+/// What the trace says of one motor.
+#[derive(Clone, Debug)]
+pub struct MotorFigures {
+    pub channel: Channel,
+    pub statistics: MotorStatistics,
+    pub motion: Motion,
+    /// Rebuilt over the window [steps/s] and [steps/s2].
+    pub rate: f64,
+    pub acceleration: f64,
+}
+
+/// The figures of all motors, and those of the pulses themselves.
+#[derive(Clone, Debug)]
+pub struct Motors {
+    pub figures: Vec<MotorFigures>,
+    /// Window over which speeds and accelerations were rebuilt [s].
+    pub window: f64,
+}
+
+/// A limit counts as kept within this share of it: 2 % (motion.md).
+pub const TOLERANCE: f64 = 1.02;
+
+impl Motors {
+    /// Reads the trace twice: for the statistics, and for the motions.
+    pub fn of<const N: usize>(trace: &Trace<N>, channels: &[Channel; N], window: f64) -> Self {
+        let statistics = trace.statistics();
+        let motions = Motion::rebuild_all(trace, window).into_iter().enumerate();
+        let figures = motions.map(|(motor, motion)| MotorFigures {
+            channel: channels[motor].clone(),
+            statistics: statistics[motor],
+            rate: Motion::largest(&motion.speed),
+            acceleration: Motion::largest(&motion.acceleration),
+            motion,
+        });
+        Self {
+            figures: figures.collect(),
+            window,
+        }
+    }
+
+    /// Steps of all motors.
+    pub fn steps(&self) -> u64 {
+        self.figures.iter().map(|f| f.statistics.steps()).sum()
+    }
+
+    /// Counts, range, gaps.
+    pub fn counts_table(&self, report: &mut Report) {
+        let rows: Vec<Vec<Cell>> = self
+            .figures
+            .iter()
+            .map(|f| {
+                let s = &f.statistics;
+                let scale = f.channel.steps_per_unit;
+                let range = format!(
+                    "{} … {} {}",
+                    number(s.lowest as f64 / scale, 3),
+                    number(s.highest as f64 / scale, 3),
+                    f.channel.unit
+                );
+                vec![
+                    Cell::Text(f.channel.name.clone()),
+                    whole(s.forward as i64),
+                    whole(s.backward as i64),
+                    whole(s.position),
+                    Cell::Number(range),
+                    whole(s.reversals as i64),
+                    microseconds(s.least_gap),
+                ]
+            })
+            .collect();
+        report.table(
+            "Steps",
+            &[
+                "motor",
+                "forward",
+                "backward",
+                "end",
+                "range",
+                "reversals",
+                "least gap [µs]",
+            ],
+            &rows,
+        );
+    }
+
+    /// Rates and accelerations beside their limits.
+    pub fn limits_table(&self, report: &mut Report) {
+        let beside = |value: f64, limit: Option<f64>, scale: f64, digits: usize| match limit {
+            Some(limit) => Cell::Judged(
+                format!(
+                    "{} of {}",
+                    number(value / scale, digits),
+                    number(limit / scale, digits)
+                ),
+                value <= limit * TOLERANCE,
+            ),
+            None => Cell::Number(number(value / scale, digits)),
+        };
+        let rows: Vec<Vec<Cell>> = self
+            .figures
+            .iter()
+            .map(|f| {
+                let c = &f.channel;
+                vec![
+                    Cell::Text(format!("{} [{}]", c.name, c.unit)),
+                    beside(f.statistics.largest_rate, c.largest_rate, 1e3, 2),
+                    beside(f.rate, c.largest_rate, c.steps_per_unit, 2),
+                    beside(f.acceleration, c.largest_acceleration, c.steps_per_unit, 0),
+                ]
+            })
+            .collect();
+        let speed = format!("speed [unit/s], over {:.0} ms", self.window * 1e3);
+        let acceleration = format!("acceleration [unit/s²], over {:.0} ms", self.window * 1e3);
+        report.table(
+            "Largest values, rebuilt from the pulses, and limits",
+            &[
+                "motor",
+                "rate over 64 gaps [1000 steps/s]",
+                &speed,
+                &acceleration,
+            ],
+            &rows,
+        );
+    }
+
+    /// Pulse widths and direction times beside what the drivers ask for [counts].
+    pub fn timing_table(&self, report: &mut Report, pulse: u32, setup: u32, hold: u32) {
+        let beside = |value: Option<u64>, least: u32| match value {
+            Some(value) => Cell::Judged(number(seconds(value) * 1e6, 2), value >= u64::from(least)),
+            None => Cell::Number("–".into()),
+        };
+        let rows: Vec<Vec<Cell>> = self
+            .figures
+            .iter()
+            .map(|f| {
+                let s = &f.statistics;
+                vec![
+                    Cell::Text(f.channel.name.clone()),
+                    beside(s.least_high, pulse),
+                    beside(s.least_low, pulse),
+                    beside(s.least_setup, setup),
+                    beside(s.least_hold, hold),
+                ]
+            })
+            .collect();
+        let asked = |counts: u32| number(seconds(u64::from(counts)) * 1e6, 2);
+        report.table(
+            "Least times at the pins [µs]",
+            &[
+                "motor",
+                &format!("pulse high (≥ {})", asked(pulse)),
+                &format!("pulse low (≥ {})", asked(pulse)),
+                &format!("direction set-up (≥ {})", asked(setup)),
+                &format!("direction hold (≥ {})", asked(hold)),
+            ],
+            &rows,
+        );
+    }
+
+    /// Positions of some motors over a stretch of time [s].
+    pub fn position_chart(&self, title: &str, motors: &[usize], from: f64, to: f64) -> String {
+        let unit = motors.first().map_or("", |m| self.figures[*m].channel.unit);
+        let mut chart =
+            Chart::new(title, "time [s]", &format!("position [{unit}]")).x_range(from, to);
+        for motor in motors {
+            let f = &self.figures[*motor];
+            let scale = f.channel.steps_per_unit;
+            let points = stretch(&f.motion, &f.motion.position, from, to);
+            chart = chart.line(
+                &f.channel.name,
+                colour(*motor),
+                points.map(|(t, x)| (t, x / scale)),
+            );
+        }
+        chart.svg()
+    }
+
+    /// Step rate of one motor over a stretch of time, its limit drawn in.
+    pub fn rate_chart(&self, motor: usize, from: f64, to: f64) -> String {
+        let f = &self.figures[motor];
+        let title = format!("{}: step rate", f.channel.name);
+        let points = stretch(&f.motion, &f.motion.speed, from, to);
+        let mut chart = Chart::new(&title, "time [s]", "1000 steps/s")
+            .size(860.0, 170.0)
+            .x_range(from, to)
+            .line(
+                &f.channel.name,
+                colour(motor),
+                points.map(|(t, v)| (t, v * 1e-3)),
+            );
+        if let Some(limit) = f.channel.largest_rate {
+            chart = chart.limit("limit", limit * 1e-3).limit("", -limit * 1e-3);
+        }
+        chart.svg()
+    }
+
+    /// Acceleration of some motors as shares of their limits over a stretch of time.
+    pub fn acceleration_chart(&self, title: &str, motors: &[usize], from: f64, to: f64) -> String {
+        let mut chart = Chart::new(title, "time [s]", "share of the limit")
+            .size(860.0, 220.0)
+            .x_range(from, to)
+            .limit("limit", 1.0)
+            .limit("", -1.0);
+        for motor in motors {
+            let f = &self.figures[*motor];
+            let Some(limit) = f.channel.largest_acceleration else {
+                continue;
+            };
+            let points = stretch(&f.motion, &f.motion.acceleration, from, to);
+            chart = chart.line(
+                &f.channel.name,
+                colour(*motor),
+                points.map(|(t, a)| (t, a / limit)),
+            );
+        }
+        chart.svg()
+    }
+}
+
+/// Samples from `from` to `to` [s].
+fn stretch<'a>(
+    motion: &'a Motion,
+    list: &'a [f64],
+    from: f64,
+    to: f64,
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let index = |t: f64| ((t - motion.start) / motion.cell).clamp(0.0, list.len() as f64) as usize;
+    let (first, last) = (index(from), (index(to) + 2).min(list.len()));
+    (first..last).map(|i| (motion.time(i), list[i]))
+}
+
+/// Step and direction pins of all motors from `from` to `to` [counts], as a logic analyser shows them.
+pub fn pulse_trains<const N: usize>(
+    trace: &Trace<N>,
+    names: &[String; N],
+    title: &str,
+    from: u64,
+    to: u64,
+) -> String {
+    let microseconds = |time: u64| (time as f64 - from as f64) * 1e6 / TICK_HZ as f64;
+    let (state, events) = trace.events_from(from);
+    let mut steps: [Vec<(f64, bool)>; N] = std::array::from_fn(|_| Vec::new());
+    let mut directions = steps.clone();
+    let (mut levels, mut mask) = (state.levels, state.directions);
+    for event in events.take_while(|event| event.time <= to) {
+        let (old, new, lanes) = match event.change {
+            Change::Levels(new) => (std::mem::replace(&mut levels, new), new, &mut steps),
+            Change::Directions(new) => (std::mem::replace(&mut mask, new), new, &mut directions),
+            Change::Enable(_) => continue,
+        };
+        for (motor, lane) in lanes.iter_mut().enumerate() {
+            if (old ^ new) >> motor & 1 == 1 {
+                lane.push((microseconds(event.time), new >> motor & 1 == 1));
+            }
+        }
+    }
+    let label = format!("time [µs] after {} s", number(seconds(from), 6));
+    let mut waves = Waves::new(title, &label, 0.0, microseconds(to));
+    for motor in 0..N {
+        let bit = |mask: u8| mask >> motor & 1 == 1;
+        let name = &names[motor];
+        waves = waves
+            .lane(
+                &format!("step {name}"),
+                colour(motor),
+                bit(state.levels),
+                steps[motor].drain(..),
+            )
+            .lane(
+                &format!("dir {name}"),
+                "#8a929b",
+                bit(state.directions),
+                directions[motor].drain(..),
+            );
+    }
+    waves.svg()
+}
+
+fn whole(count: i64) -> Cell {
+    Cell::Number(number(count as f64, 0))
+}
+
+fn microseconds(counts: Option<u64>) -> Cell {
+    Cell::Number(counts.map_or("–".into(), |counts| number(seconds(counts) * 1e6, 2)))
+}

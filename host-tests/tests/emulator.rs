@@ -1,0 +1,379 @@
+//! The ELF that is flashed, booted in the emulator and spoken to over its serial line; its pulses held against those of
+//! the machine in memory, tick for tick.
+//!
+//! `cargo xtask test` builds the firmware and names it in `HEXSTEP_FIRMWARE`. Without that these tests have nothing to
+//! boot and say so.
+
+use hexstep_host::emulator::{
+    Emulator, Options, Pulses, Recording, firmware_from_environment, image_from_environment,
+};
+use hexstep_host::machine;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// A machine with a fifth of the usual resolution and ten times the usual acceleration, so that a cycle is done in a
+/// million ticks and still has rates of 100 000 steps/s.
+const COARSE: [&str; 18] = [
+    "$100=200",
+    "$101=200",
+    "$102=200",
+    "$103=400",
+    "$104=400",
+    "$105=400",
+    "$110=15000",
+    "$111=15000",
+    "$112=15000",
+    "$113=18000",
+    "$114=18000",
+    "$115=18000",
+    "$120=4000",
+    "$121=4000",
+    "$122=4000",
+    "$123=4000",
+    "$124=4000",
+    "$125=4000",
+];
+/// A small cycle: both flanks, two passes.
+const SHORT: &str = "$DRILL=D9.9,W1.63,P118,C50,R10,F30,S0.03,A0.02,B0.01,N1,K0,V300,I100,Q2";
+/// Where it leaves the motors of the coarse machine: retracted by 3 mm at mu = -2 deg, flank 1 in front; a fifth of
+/// 2543, 3049, 157, 100, -1997, 3463.
+const AFTER_SHORT: [i64; 8] = [509, 610, 31, 20, -399, 693, 0, 0];
+/// The emulator has no crystal, so the firmware must be told that it may move all the same.
+const ALLOW: &str = "$1012=1";
+const SOON: Duration = Duration::from_secs(30);
+/// For a job of some seconds of machine time on a busy computer.
+const JOB: Duration = Duration::from_secs(900);
+
+fn firmware() -> Option<PathBuf> {
+    let firmware = firmware_from_environment();
+    if firmware.is_none() {
+        eprintln!(
+            "not run: HEXSTEP_FIRMWARE names no firmware; `cargo xtask test` builds it and runs this test"
+        );
+    }
+    firmware
+}
+
+#[track_caller]
+fn boot(firmware: PathBuf) -> Emulator {
+    let mut emulator = Emulator::boot(&Options::new(firmware)).unwrap();
+    emulator.expect_banner().unwrap();
+    emulator
+}
+
+/// Boots a firmware that may move.
+#[track_caller]
+fn boot_for_motion(firmware: PathBuf) -> Emulator {
+    let mut emulator = boot(firmware);
+    assert_eq!(ask(&mut emulator, ALLOW), ["ok"]);
+    emulator
+}
+
+/// The answer to a line, without what was said of itself before.
+#[track_caller]
+fn ask(emulator: &mut Emulator, line: &str) -> Vec<String> {
+    let mut lines = emulator.ask(line, JOB).unwrap();
+    lines.retain(|line| !line.starts_with('<') && !line.starts_with("[MSG:Clock fault: "));
+    lines
+}
+
+/// Runs each line to rest in the emulator and in memory and holds the pulses of every line against each other; the
+/// recordings.
+#[track_caller]
+fn assert_equal_pulses(emulator: &mut Emulator, lines: &[&str]) -> Vec<Recording> {
+    let wanted: Vec<Pulses> = machine::with(|machine| {
+        machine.ask(ALLOW);
+        machine.take_trace();
+        lines
+            .iter()
+            .map(|line| {
+                let answer = machine.ask(line);
+                assert!(answer.ends_with("ok\r\n"), "{line}: {answer}");
+                Pulses::of_trace(&machine.take_trace())
+            })
+            .collect()
+    });
+    emulator.take_recording();
+
+    let recordings: Vec<Recording> = lines
+        .iter()
+        .map(|line| {
+            assert_eq!(ask(emulator, line), ["ok"], "{line}");
+            emulator.expect_idle(JOB).unwrap();
+            emulator.take_recording()
+        })
+        .collect();
+
+    for ((line, wanted), recording) in lines.iter().zip(&wanted).zip(&recordings) {
+        let difference = wanted.first_difference(&recording.pulses());
+        assert_eq!(
+            difference, None,
+            "{line}: change, as in memory, as in the emulator"
+        );
+        assert_eq!(
+            recording.most_stores_in_a_tick(),
+            1,
+            "stores to one port in a tick"
+        );
+    }
+    assert_eq!(ask(emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
+    recordings
+}
+
+#[test]
+fn the_firmware_starts_says_who_it_is_and_stands_at_zero() {
+    let Some(firmware) = firmware() else { return };
+
+    let mut emulator = Emulator::boot(&Options::new(firmware)).unwrap();
+
+    assert_eq!(
+        emulator.expect_banner().unwrap().last().unwrap(),
+        "Grbl 1.1h ['$' for help]"
+    );
+    let fault = emulator.next_line(SOON).unwrap();
+    assert!(
+        fault.starts_with("[MSG:Clock fault: internal oscillator silent"),
+        "{fault}"
+    );
+    let report = emulator.status(SOON).unwrap();
+    assert!(
+        report.starts_with("<Idle|MPos:0.000,0.000,0.000,0.000,0.000,0.000|"),
+        "{report}"
+    );
+}
+
+#[test]
+fn with_a_failed_clock_nothing_moves_until_a_setting_allows_it() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot(firmware);
+
+    let refused = ask(&mut emulator, "$SEG=5,5,5,5,5,5,0.01");
+    emulator.expect_idle(SOON).unwrap();
+    let before = emulator.take_recording();
+    let allowed = [
+        ask(&mut emulator, ALLOW),
+        ask(&mut emulator, "$SEG=5,5,5,5,5,5,0.01"),
+    ];
+    emulator.expect_idle(SOON).unwrap();
+    let after = emulator.take_recording();
+
+    assert_eq!(refused.last().unwrap(), "error:56");
+    assert_eq!(before.changes(), []);
+    assert_eq!(allowed, [["ok"], ["ok"]]);
+    assert_eq!(after.positions(false), [5, 5, 5, 5, 5, 5, 0, 0]);
+}
+
+#[test]
+fn lines_of_counts_make_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+
+    let recordings = assert_equal_pulses(
+        &mut emulator,
+        &[
+            "$SEG=7,3,-5,1,0,2,0.01",
+            "$SEG=7,3,-5,1,0,2,0.01,CENTRED",
+            "$SEG=-7,-3,5,-1,0,-2,2",
+            "$SEG=10000,-6180,3819,-2360,1459,901,0.1",
+            "$SEG=-20000,20000,-20000,20000,-20000,20000,0.2,CENTRED",
+            "$SEG=0,0,0,0,0,1,0.5",
+        ],
+    );
+
+    assert_eq!(recordings[0].positions(false), [7, 3, -5, 1, 0, 2, 0, 0]);
+    assert_eq!(
+        recordings[3].positions(false),
+        [10000, -6180, 3819, -2360, 1459, 901, 0, 0]
+    );
+}
+
+#[test]
+fn in_both_edge_mode_the_pulses_are_those_of_the_host_too() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+
+    let recordings = assert_equal_pulses(
+        &mut emulator,
+        &[
+            "$1010=1",
+            "$SEG=7,3,-5,1,0,2,0.01",
+            "$SEG=-20001,20001,-333,5000,1,20001,0.1",
+            "$SEG=20001,-20001,333,-5000,-1,-20001,0.2",
+        ],
+    );
+
+    assert_eq!(
+        recordings[2].positions(true),
+        [-20001, 20001, -333, 5000, 1, 20001, 0, 0]
+    );
+}
+
+#[test]
+fn a_drill_cycle_makes_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+
+    let recordings = assert_equal_pulses(
+        &mut emulator,
+        &[&COARSE[..], &[SHORT, "$DRILL=RUN"]].concat(),
+    );
+
+    let report = emulator.status(SOON).unwrap();
+    assert_eq!(recordings.last().unwrap().positions(false), AFTER_SHORT);
+    // Steps over 200 a mm and 400 a degree; -399 and 693 steps lie on the half of a thousandth.
+    assert!(
+        report.starts_with("<Idle|MPos:2.545,3.050,0.155,0.050,-0.997,1.732|"),
+        "{report}"
+    );
+}
+
+#[test]
+fn reversals_at_low_and_at_high_rate_are_those_of_the_host() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+
+    // A stroke goes there and back on every motor: once at a few thousand steps a second, once at up to 100 000.
+    let slow = [
+        "$DRILL=S0.01,A0.02,B0.01,N0,K0,V30,I5,Q2,E0.2",
+        "$DRILL=RUN",
+    ];
+    let fast = [
+        "$DRILL=S0.02,A0.02,B0.01,N0,K0,V300,I20,Q2,E0.2",
+        "$DRILL=RUN",
+    ];
+    assert_equal_pulses(&mut emulator, &[&COARSE[..], &slow, &fast].concat());
+}
+
+#[test]
+fn refused_lines_are_answered_as_in_memory_and_move_nothing() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+    let lines = [
+        "$DRILL=D-1",
+        "$DRILL=R4",
+        "$DRILL=F3",
+        "$DRILL=D10,W1.82,P140.74,C61.41,R19.87,F47.17",
+        "$DRILL=N1.5",
+        "$DRILL=Dnan",
+        "$DRILL=X1",
+        "$SEG=100000000,0,0,0,0,0,1",
+        "$SEG=0,0,0,-100000,0,0,0.1",
+        "$SEG=0,200001,0,0,0,0,10",
+        "$SEG=1,2,3",
+        "$0=0.5",
+        "$999=1",
+        "G0 X1",
+    ];
+    let wanted: Vec<String> = machine::with(|machine| {
+        machine.ask(ALLOW);
+        lines.iter().map(|line| machine.ask(line)).collect()
+    });
+
+    let answers: Vec<String> = lines
+        .iter()
+        .map(|line| {
+            let lines = ask(&mut emulator, line);
+            lines.iter().map(|line| format!("{line}\r\n")).collect()
+        })
+        .collect();
+
+    assert_eq!(answers, wanted);
+    emulator.expect_idle(SOON).unwrap();
+    assert_eq!(emulator.take_recording().changes(), []);
+}
+
+#[test]
+fn any_bytes_at_all_leave_a_machine_that_answers() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+    // Every byte but soft reset, in an order without pattern, and far more of them than the buffer holds.
+    let mut state = 0x2545_F491_4F6C_DD1D_u64;
+    let bytes: Vec<u8> = (0..20_000)
+        .map(|_| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 32) as u8
+        })
+        .filter(|byte| *byte != 0x18)
+        .collect();
+
+    emulator.send_bytes(&bytes).unwrap();
+    emulator.send_bytes(b"\n").unwrap();
+
+    emulator.expect_idle(JOB).unwrap();
+    emulator.send("$STAT").unwrap();
+    emulator
+        .expect("counters", SOON, |line| line == "[MSG:starved 0]")
+        .unwrap();
+    assert_eq!(emulator.take_recording().motion(), 0..0);
+}
+
+#[test]
+fn a_soft_reset_in_motion_stops_the_motors_and_keeps_their_count() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+    for line in COARSE {
+        assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
+    }
+    assert_eq!(ask(&mut emulator, SHORT), ["ok"]);
+    emulator.take_recording();
+
+    assert_eq!(ask(&mut emulator, "$DRILL=RUN"), ["ok"]);
+    emulator
+        .wait_for("motion", JOB, |recording| {
+            recording.changes().len() > 10_000
+        })
+        .unwrap();
+    emulator.send_bytes(&[0x18]).unwrap();
+    let lines = emulator
+        .expect("alarm and banner", SOON, |line| line.starts_with("Grbl"))
+        .unwrap();
+    let report = emulator.status(SOON).unwrap();
+    let moved = emulator.take_recording();
+
+    assert!(lines.iter().any(|line| line == "ALARM:3"), "{lines:?}");
+    assert!(report.starts_with("<Alarm|MPos:"), "{report}");
+    // The report tells the fraction of a step as well.
+    let positions = moved.positions(false);
+    for (motor, text) in report["<Alarm|MPos:".len()..]
+        .split(['|', ','])
+        .take(6)
+        .enumerate()
+    {
+        let steps = text.parse::<f64>().unwrap() * if motor < 3 { 200.0 } else { 400.0 };
+        assert!(
+            (steps - positions[motor] as f64).abs() <= 1.5,
+            "motor {motor}: {} steps put out, {text} reported",
+            positions[motor]
+        );
+    }
+    assert_eq!(ask(&mut emulator, "$DRILL=RUN"), ["error:9"]);
+    emulator.status(SOON).unwrap();
+    assert_eq!(
+        emulator.take_recording().motion(),
+        0..0,
+        "nothing moves in alarm"
+    );
+    assert_eq!(ask(&mut emulator, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+    assert_eq!(ask(&mut emulator, "$DRILL=RUN"), ["ok"]);
+    emulator.expect_idle(JOB).unwrap();
+    let rest = emulator.take_recording().positions(false);
+    let sum: Vec<i64> = positions.iter().zip(rest).map(|(a, b)| a + b).collect();
+    assert_eq!(sum, AFTER_SHORT);
+}
+
+#[test]
+fn the_image_behind_a_bootloader_starts_as_well() {
+    let Some(image) = image_from_environment() else {
+        eprintln!("not run: HEXSTEP_FIRMWARE_BOOTLOADER names no firmware; see `cargo xtask test`");
+        return;
+    };
+    let mut emulator = boot_for_motion(image);
+
+    assert_eq!(ask(&mut emulator, "$SEG=3,0,0,0,0,-3,0.01"), ["ok"]);
+    emulator.expect_idle(SOON).unwrap();
+
+    let positions = emulator.take_recording().positions(false);
+    assert_eq!(positions, [3, 0, 0, 0, 0, -3, 0, 0]);
+}

@@ -106,14 +106,20 @@ impl<R: Real, const N: usize> Knots<R, N> {
         lo
     }
 
-    /// All functions that do not vanish at `t`, which must be in the domain.
+    pub fn holds(&self, t: R) -> Result<(), NurbsError> {
+        if self.lo <= t && t <= self.hi {
+            Ok(())
+        } else {
+            Err(NurbsError::OutOfDomain)
+        }
+    }
+
+    /// All functions that do not vanish at `t`, which the domain must hold. (Checked apart, since a `Result` of them would
+    /// be copied twice, which on the target costs as much as the functions.)
     ///
     /// The triangle of Cox and de Boor with its derivatives: from the functions n of degree r - 1, each divided by the
     /// width of its support, follow those of degree r and their slopes r (n_(j-1) - n_j).
-    pub fn basis(&self, t: R) -> Result<Basis<R>, NurbsError> {
-        if !(self.lo <= t && t <= self.hi) {
-            return Err(NurbsError::OutOfDomain);
-        }
+    pub fn basis(&self, t: R) -> Basis<R> {
         let span = self.span(t);
         // Distances to the knots around t: left[j] to the j-th at or before it, right[j] to the j-th behind it.
         let mut left = [R::ZERO; MAX_DEGREE + 1];
@@ -149,10 +155,10 @@ impl<R: Real, const N: usize> Knots<R, N> {
             }
             functions[r] = [carried, degree * value_before, degree * slope_before];
         }
-        Ok(Basis {
+        Basis {
             first: span,
             count: self.degree + 1,
             functions,
-        })
+        }
     }
 }

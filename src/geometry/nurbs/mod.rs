@@ -125,6 +125,25 @@ pub struct Jet<R> {
     pub s_vv: Vector<R>,
 }
 
+/// (w S, w), or a derivative of it: named numbers and not an array, so that they stay in registers.
+#[derive(Clone, Copy, Debug)]
+struct Homogeneous<R> {
+    p: Vector<R>,
+    w: R,
+}
+
+impl<R: Real> Homogeneous<R> {
+    const ZERO: Self = Self {
+        p: Vector::ZERO,
+        w: R::ZERO,
+    };
+
+    fn add(&mut self, other: Self, share: R) {
+        self.p += other.p * share;
+        self.w += other.w * share;
+    }
+}
+
 impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
     /// A surface of `counts` control points with their `weights`, both row by row (the rows run along v, one for each
     /// step along u; all weights are 1 if there are none). Checked from degree to weights; the first fault is returned.
@@ -184,15 +203,18 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
 
     /// The point at (u, v) and its derivatives.
     pub fn jet(&self, u: R, v: R) -> Result<Jet<R>, NurbsError> {
-        let along_u = self.u.basis(u)?;
-        let along_v = self.v.basis(v)?;
+        self.u.holds(u)?;
+        self.v.holds(v)?;
+        let along_u = self.u.basis(u);
+        let along_v = self.v.basis(v);
         // Counted from a point of the net near by, so that second derivatives, whose weights are hundreds and cancel, do not
         // carry the rounding of the whole part's size.
         let middle = |along: &Basis<R>| along.first + along.functions().len() / 2;
-        let origin = self.net.get(middle(&along_u));
-        let origin = origin.and_then(|row| row.get(middle(&along_v)));
-        let [x0, y0, z0, _] = origin.copied().unwrap_or([R::ZERO; 4]);
-        let zero = [R::ZERO; 4];
+        let near = self.net.get(middle(&along_u));
+        let near = near.and_then(|row| row.get(middle(&along_v)));
+        let [x0, y0, z0, _] = near.copied().unwrap_or([R::ZERO; 4]);
+        let origin = Vector::new(x0, y0, z0);
+        let zero = Homogeneous::ZERO;
         let (mut a, mut a_u, mut a_v) = (zero, zero, zero);
         let (mut a_uu, mut a_uv, mut a_vv) = (zero, zero, zero);
         let rows = self.net.get(along_u.first..).unwrap_or(&[]);
@@ -200,35 +222,33 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
             let (mut c, mut c_v, mut c_vv) = (zero, zero, zero);
             let points = row.get(along_v.first..).unwrap_or(&[]);
             for ([x, y, z, w], [n, n_v, n_vv]) in points.iter().zip(along_v.functions()) {
-                let point = [(*x - x0) * *w, (*y - y0) * *w, (*z - z0) * *w, *w];
-                for k in 0..4 {
-                    c[k] += point[k] * *n;
-                    c_v[k] += point[k] * *n_v;
-                    c_vv[k] += point[k] * *n_vv;
-                }
+                let point = Homogeneous {
+                    p: (Vector::new(*x, *y, *z) - origin) * *w,
+                    w: *w,
+                };
+                c.add(point, *n);
+                c_v.add(point, *n_v);
+                c_vv.add(point, *n_vv);
             }
-            for k in 0..4 {
-                a[k] += c[k] * *n;
-                a_u[k] += c[k] * *n_u;
-                a_uu[k] += c[k] * *n_uu;
-                a_v[k] += c_v[k] * *n;
-                a_uv[k] += c_v[k] * *n_u;
-                a_vv[k] += c_vv[k] * *n;
-            }
+            a.add(c, *n);
+            a_u.add(c, *n_u);
+            a_uu.add(c, *n_uu);
+            a_v.add(c_v, *n);
+            a_uv.add(c_v, *n_u);
+            a_vv.add(c_vv, *n);
         }
         // Differentiating w S = A by the product rule, with w > 0 as a mean of positive weights.
-        let per_w = R::ONE / a[3];
-        let part = |h: [R; 4]| Vector::new(h[0], h[1], h[2]);
-        let s = part(a) * per_w;
-        let s_u = (part(a_u) - s * a_u[3]) * per_w;
-        let s_v = (part(a_v) - s * a_v[3]) * per_w;
+        let per_w = R::ONE / a.w;
+        let s = a.p * per_w;
+        let s_u = (a_u.p - s * a_u.w) * per_w;
+        let s_v = (a_v.p - s * a_v.w) * per_w;
         Ok(Jet {
-            s: s + Vector::new(x0, y0, z0),
+            s: s + origin,
             s_u,
             s_v,
-            s_uu: (part(a_uu) - s_u * (R::TWO * a_u[3]) - s * a_uu[3]) * per_w,
-            s_uv: (part(a_uv) - s_v * a_u[3] - s_u * a_v[3] - s * a_uv[3]) * per_w,
-            s_vv: (part(a_vv) - s_v * (R::TWO * a_v[3]) - s * a_vv[3]) * per_w,
+            s_uu: (a_uu.p - s_u * (R::TWO * a_u.w) - s * a_uu.w) * per_w,
+            s_uv: (a_uv.p - s_v * a_u.w - s_u * a_v.w - s * a_uv.w) * per_w,
+            s_vv: (a_vv.p - s_v * (R::TWO * a_v.w) - s * a_vv.w) * per_w,
         })
     }
 

@@ -16,7 +16,8 @@ pub struct Slice<'a, R, const NV: usize> {
 
 impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
     pub fn slice(&self, u: R) -> Result<Slice<'_, R, NV>, NurbsError> {
-        let along = self.u.basis(u)?;
+        self.u.holds(u)?;
+        let along = self.u.basis(u);
         let mut net = [[[R::ZERO; 4]; 2]; NV];
         let rows = self.net.get(along.first..).unwrap_or(&[]);
         for (row, [n, n_u, _]) in rows.iter().zip(along.functions()) {
@@ -39,7 +40,8 @@ impl<R: Real, const NU: usize, const NV: usize> Nurbs<R, NU, NV> {
 impl<R: Real, const NV: usize> Slice<'_, R, NV> {
     /// Point [mm] and outward unit normal.
     pub fn place(&self, v: R) -> Result<(Vector<R>, Vector<R>), NurbsError> {
-        let along = self.v.basis(v)?;
+        self.v.holds(v)?;
+        let along = self.v.basis(v);
         let zero = [R::ZERO; 4];
         let (mut a, mut a_u, mut a_v) = (zero, zero, zero);
         let points = self.net.get(along.first..).unwrap_or(&[]);

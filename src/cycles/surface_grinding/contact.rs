@@ -180,8 +180,11 @@ impl<R: Real> Hertz<R> {
         } else {
             middle - spread
         };
-        // Also for curvatures whose squares overflow.
-        if !(k_min > R::ZERO && k_max.is_finite()) {
+        // Curvatures whose products overflow are those of no body.
+        if !(k_min.is_finite() && k_max.is_finite()) {
+            return Err(GrindingError::BadParameter(Field::KF));
+        }
+        if k_min <= R::ZERO {
             return Err(GrindingError::NoHertzContact { least: k_min });
         }
         let ratio = (k_max / k_min).max(R::ONE);

@@ -27,6 +27,8 @@ const ANSWERS: usize = 2048;
 const LONGEST_ANSWER: usize = 1400;
 
 /// What moves the motors.
+// The largest variant is the usual one, and there is one job at a time, not on the heap.
+#[allow(clippy::large_enum_variant)]
 enum Job {
     None,
     /// Walks a copy of the path before anything moves; the answer to the line waits for it.
@@ -121,7 +123,7 @@ impl<'a, B: Board> Controller<'a, B> {
 
     /// Whether everything that was asked for has been done and all motors rest.
     pub fn is_idle(&self) -> bool {
-        self.state() != State::Run && self.bytes.len() == 0 && self.answers.0.is_empty()
+        self.state() != State::Run && self.bytes.is_empty() && self.answers.0.is_empty()
     }
 
     pub fn state(&self) -> State {
@@ -161,7 +163,7 @@ impl<'a, B: Board> Controller<'a, B> {
         !matches!(self.job, Job::None)
             || !self.planner.is_idle()
             || self.pending.is_some()
-            || self.segments.len() > 0
+            || !self.segments.is_empty()
             || at
                 != (Instant {
                     sequence: self.segmenter.sent(),
@@ -249,7 +251,7 @@ impl<'a, B: Board> Controller<'a, B> {
         let Some(at) = self.shared.latched() else {
             return false;
         };
-        if !self.shared.is_halted() || self.segments.len() > 0 {
+        if !self.shared.is_halted() || !self.segments.is_empty() {
             return false;
         }
         self.shared.release();
@@ -527,7 +529,7 @@ impl<'a, B: Board> Controller<'a, B> {
     ) -> Result<CountLine<AXES>, Error> {
         let from = self.segmenter.counts();
         let timing = *self.segmenter.timing();
-        if !(seconds >= 0.0 && seconds <= 1e6) {
+        if !(0.0..=1e6).contains(&seconds) {
             self.answers.line(format_args!(
                 "[MSG:OutOfRange duration: expected 0 to 1000000 s]"
             ));

@@ -106,9 +106,7 @@ pub fn vcd<const N: usize>(
     if end > stamped {
         out.timestamp(end)?;
     }
-    out.flush()?;
-    drop(out);
-    buffer.flush()
+    out.flush()
 }
 
 /// Writes the steps of a trace as CSV, one row for each step of each motor, in order of time, then of motor.

@@ -10,23 +10,27 @@
 //! Time is that of the step timer. The foreground polls until it has nothing left to move, then one tick passes; how the
 //! two are interleaved cannot change a pulse of a job, only when it begins.
 
-use crate::trace::Trace;
+use crate::pins::Pin;
+use crate::trace::{self, Trace};
 use hexstep::board::Board;
 use hexstep::controller::Controller;
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
-use hexstep::stepper::{Interpolator, SegmentQueue, Shared, StepMode, StepPort, StepTimer, Timing};
+use hexstep::stepper::{Interpolator, PinPort, SegmentQueue, Shared, StepMode, StepTimer, Timing};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 
 /// Counts per second of the step timer: the core clock of the STM32F407.
-pub const TICK_HZ: u32 = 168_000_000;
+pub const TICK_HZ: u32 = trace::TICK_HZ as u32;
 
 /// What the foreground and the step interrupt of the memory board share.
 struct Wires {
     heard: RefCell<VecDeque<u8>>,
     drivers: Cell<bool>,
     mode: Cell<StepMode>,
+    /// Levels of the step pins and of the direction pins.
+    levels: Cell<u8>,
+    directions: Cell<u8>,
 }
 
 /// The foreground's side of the memory board.
@@ -61,23 +65,8 @@ impl StepTimer for SysTick {
     }
 }
 
-/// The pins of all motors, as two masks.
-#[derive(Default)]
-struct Pins {
-    levels: u8,
-    directions: u8,
-}
-
-impl StepPort for Pins {
-    #[inline(always)]
-    fn emit(&mut self, levels: u32) {
-        self.levels = levels as u8;
-    }
-    #[inline(always)]
-    fn direct(&mut self, directions: u32) {
-        self.directions = directions as u8;
-    }
-}
+/// Step and direction pins of all motors behind `embedded_hal`, as any other board has them.
+type Pins<'a> = PinPort<Pin<'a>, Pin<'a>, AXES>;
 
 /// A controller with its motors. Made by [`with`].
 pub struct Machine<'a> {
@@ -86,7 +75,7 @@ pub struct Machine<'a> {
     receiver: Receiver<'a>,
     shared: &'a Shared,
     wires: &'a Wires,
-    pins: Pins,
+    pins: Pins<'a>,
     timer: SysTick,
     mode: StepMode,
     /// What the pins did since it was last taken.
@@ -101,6 +90,8 @@ pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
         heard: RefCell::default(),
         drivers: Cell::new(false),
         mode: Cell::new(StepMode::Pulse),
+        levels: Cell::new(0),
+        directions: Cell::new(0),
     };
     let (segment_sender, segment_receiver) = segments.split();
     let (byte_sender, byte_receiver) = bytes.split();
@@ -117,7 +108,10 @@ pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
         receiver: Receiver::new(byte_sender, &flags),
         shared: &shared,
         wires: &wires,
-        pins: Pins::default(),
+        pins: PinPort {
+            steps: Pin::all(&wires.levels),
+            directions: Pin::all(&wires.directions),
+        },
         timer: SysTick {
             now: 0,
             running: rest,
@@ -172,8 +166,14 @@ impl Machine<'_> {
     /// Runs until everything asked for is done. The foreground works until it has nothing left to move, then the motors
     /// run for a while that is shorter than what the queue holds.
     pub fn run_to_rest(&mut self) {
+        self.run_to_rest_watched(|_| {});
+    }
+
+    /// The same, with a look at the controller whenever it has nothing left to move.
+    pub fn run_to_rest_watched(&mut self, mut watch: impl FnMut(&Controller<'_, MemoryBoard<'_>>)) {
         loop {
             while self.controller.poll() {}
+            watch(&self.controller);
             if self.controller.is_idle() {
                 return;
             }
@@ -198,8 +198,8 @@ impl Machine<'_> {
     pub fn take_trace(&mut self) -> Trace<AXES> {
         let mut fresh = Trace::new(self.mode);
         fresh.at(self.timer.now);
-        fresh.steps(self.pins.levels);
-        fresh.directions(self.pins.directions);
+        fresh.steps(self.wires.levels.get());
+        fresh.directions(self.wires.directions.get());
         fresh.enable(self.wires.drivers.get());
         std::mem::replace(&mut self.trace, fresh)
     }
@@ -219,7 +219,7 @@ impl Machine<'_> {
         self.trace.enable(self.wires.drivers.get());
         self.interpolator.tick(&mut self.pins, &mut self.timer);
         // In this order on the pins, too: the steps of the segment before come first.
-        self.trace.steps(self.pins.levels);
-        self.trace.directions(self.pins.directions);
+        self.trace.steps(self.wires.levels.get());
+        self.trace.directions(self.wires.directions.get());
     }
 }

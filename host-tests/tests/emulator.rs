@@ -5,7 +5,8 @@
 //! boot and say so.
 
 use hexstep_host::emulator::{
-    Emulator, Options, Pulses, Recording, firmware_from_environment, image_from_environment,
+    Elf, Emulator, Options, Pulses, Recording, Register, firmware_from_environment,
+    image_from_environment,
 };
 use hexstep_host::machine;
 use std::path::PathBuf;
@@ -361,6 +362,135 @@ fn a_soft_reset_in_motion_stops_the_motors_and_keeps_their_count() {
     let rest = emulator.take_recording().positions(false);
     let sum: Vec<i64> = positions.iter().zip(rest).map(|(a, b)| a + b).collect();
     assert_eq!(sum, AFTER_SHORT);
+}
+
+/// Breaks the firmware in motion and holds it to its safe state: all drivers off, no step pin active, for good.
+#[track_caller]
+fn assert_safe_state(firmware: PathBuf, last_words: &str, register: Register, value: u32) {
+    let mut emulator = boot_for_motion(firmware);
+    assert_eq!(
+        ask(&mut emulator, "$SEG=50000,50000,50000,50000,50000,50000,1"),
+        ["ok"]
+    );
+    emulator
+        .wait_for("motion", JOB, |recording| recording.changes().len() > 1000)
+        .unwrap();
+
+    emulator.debug().unwrap().set(register, value).unwrap();
+
+    emulator
+        .expect(last_words, SOON, |line| line.starts_with(last_words))
+        .unwrap();
+    let recording = emulator.finish().unwrap();
+    let last = recording.changes().last().unwrap();
+    assert!(
+        recording
+            .changes()
+            .iter()
+            .any(|change| change.enabled == 0b11_1111)
+    );
+    assert_eq!((last.levels, last.enabled), (0, 0), "after the fault");
+    assert!(recording.positions(false)[0] < 50_000, "the motion went on");
+}
+
+#[test]
+fn a_stack_overflow_in_motion_ends_with_drivers_off_and_step_pins_low() {
+    let Some(firmware) = firmware() else { return };
+
+    // The stack is at the start of RAM: the next push leaves it.
+    assert_safe_state(
+        firmware,
+        "[MSG:Hard fault",
+        Register::StackPointer,
+        0x2000_0000,
+    );
+}
+
+#[test]
+fn a_jump_to_nowhere_in_motion_ends_with_drivers_off_and_step_pins_low() {
+    let Some(firmware) = firmware() else { return };
+
+    assert_safe_state(
+        firmware,
+        "[MSG:Hard fault",
+        Register::ProgramCounter,
+        0x6000_0000,
+    );
+}
+
+#[test]
+fn a_panic_in_motion_ends_with_drivers_off_and_step_pins_low() {
+    let Some(firmware) = firmware() else { return };
+    let functions = Elf::read(&firmware).unwrap().functions();
+    let (_, panic) = functions
+        .iter()
+        .find(|(name, _)| name.contains("rust_begin_unwind") || name.contains("panic_fmt"))
+        .unwrap();
+
+    assert_safe_state(firmware, "[MSG:Panic", Register::ProgramCounter, *panic);
+}
+
+/// Undoes the framing of defmt's log frames (reverse-zero-compressing COBS): read from the end, a byte tells which of
+/// the seven bytes before it are zeros, or how many are none.
+fn unframe(frame: &[u8]) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut rest = frame.iter().rev().copied();
+    while let Some(code) = rest.next() {
+        match code {
+            0 => return None,
+            1..=0x7f => {
+                for bit in (0..7).rev() {
+                    bytes.push(if code >> bit & 1 == 0 {
+                        rest.next()?
+                    } else {
+                        0
+                    });
+                }
+            }
+            0x80..=0xfe => {
+                bytes.push(0);
+                for _ in 0..(code & 0x7f) + 7 {
+                    bytes.push(rest.next()?);
+                }
+            }
+            0xff => {
+                for _ in 0..134 {
+                    bytes.push(rest.next()?);
+                }
+            }
+        }
+    }
+    bytes.reverse();
+    Some(bytes)
+}
+
+#[test]
+fn the_log_tells_the_board_the_clock_and_the_drivers_in_whole_frames() {
+    let Some(firmware) = firmware() else { return };
+    let log = std::env::temp_dir().join(format!("hexstep-log-{}", std::process::id()));
+    let mut options = Options::new(firmware);
+    options.log = Some(log.clone());
+    let mut emulator = Emulator::boot(&options).unwrap();
+    emulator.expect_banner().unwrap();
+
+    assert_eq!(ask(&mut emulator, ALLOW), ["ok"]);
+    assert_eq!(ask(&mut emulator, "$SEG=5,0,0,0,0,0,0.01"), ["ok"]);
+    emulator.expect_idle(SOON).unwrap();
+    emulator.finish().unwrap();
+    let bytes = std::fs::read(&log).unwrap();
+    std::fs::remove_file(&log).unwrap();
+
+    let frames: Vec<Vec<u8>> = bytes
+        .split(|byte| *byte == 0)
+        .filter(|frame| !frame.is_empty())
+        .map(|frame| unframe(frame).unwrap())
+        .collect();
+    assert_eq!(frames.len(), 2, "{frames:?}");
+    let text = String::from_utf8_lossy(&frames[0]);
+    assert!(text.contains("BTT SKR Pro v1.2"), "{text:?}");
+    assert!(text.contains("internal oscillator silent"), "{text:?}");
+    // The number of the message, then the answer: drivers on.
+    assert_eq!(frames[1].get(2), Some(&1), "{frames:?}");
 }
 
 #[test]

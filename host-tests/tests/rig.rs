@@ -1,9 +1,8 @@
-//! Jobs -> pulses on the board of memory, judged from the pulses: exact ends, kept limits, the right drill.
+//! Jobs -> pulses on the machine in memory, judged from the pulses: exact ends, kept limits, the right drill.
 
 use hexstep_host::job::{CountsJob, DrillJob, Job, MOTORS, Task};
 use hexstep_host::report::{CountsFigures, DrillFigures, Motors};
-use hexstep_host::rig::Outcome;
-use hexstep_host::run::{Scalar, run};
+use hexstep_host::run::{Outcome, run};
 use hexstep_host::trace::{bits, seconds};
 use std::sync::LazyLock;
 
@@ -18,12 +17,12 @@ fn short_drill() -> String {
 }
 
 /// That drill as the target grinds it: what most tests look at.
-static SHORT: LazyLock<(Job, Outcome<6>)> = LazyLock::new(|| simulate(&short_drill(), Scalar::F32));
+static SHORT: LazyLock<(Job, Outcome)> = LazyLock::new(|| simulate(&short_drill()));
 
 #[track_caller]
-fn simulate(text: &str, scalar: Scalar) -> (Job, Outcome<6>) {
+fn simulate(text: &str) -> (Job, Outcome) {
     let job = Job::parse("some.toml", "some", text.as_bytes()).expect("the job is right");
-    let outcome = run(&job, scalar, &mut |_, _| {}).expect("the job runs");
+    let outcome = run(&job, &mut |_, _| {}).expect("the job runs");
     (job, outcome)
 }
 
@@ -88,33 +87,31 @@ fn a_drill_cycle_ends_at_its_counts_and_keeps_every_limit() {
 
 #[test]
 fn the_pulses_grind_the_drill_that_was_asked_for() {
-    let exact = simulate(&short_drill(), Scalar::F64);
-    for (scalar, (job, outcome)) in [(Scalar::F32, &*SHORT), (Scalar::F64, &exact)] {
-        let figures = DrillFigures::of(job, drill_of(job), outcome, 1.0);
+    let (job, outcome) = &*SHORT;
+    let figures = DrillFigures::of(job, drill_of(job), outcome, 1.0);
 
-        // Two passes on two flanks, in turn.
-        let flanks: Vec<u8> = figures.ground.strokes.iter().map(|s| s.flank).collect();
-        assert_eq!(flanks, [1, 2, 1, 2], "{scalar:?}");
-        for feature in figures.ground.geometry() {
-            assert!(feature.is_good(), "{scalar:?}: {feature:?}");
-        }
-        // Sampling adds 1 um and 0.001 deg, whole steps half of 1 um and 0.0005 deg each.
-        let (tip, turn) = figures.ground.path_error();
-        assert!(tip < 0.0035, "{scalar:?}: {tip}");
-        assert!(turn.to_degrees() < 0.002, "{scalar:?}: {turn}");
-        // mu from -2 to 63.496 deg: drill-grinding.md section 7.
-        for stroke in &figures.ground.strokes {
-            assert!((stroke.mu.0.to_degrees() + 2.0).abs() < 0.2);
-            assert!((stroke.mu.1.to_degrees() - 63.496).abs() < 0.01);
-            assert!((stroke.standoff_found - stroke.standoff).abs() < 0.001);
-        }
+    // Two passes on two flanks, in turn.
+    let flanks: Vec<u8> = figures.ground.strokes.iter().map(|s| s.flank).collect();
+    assert_eq!(flanks, [1, 2, 1, 2]);
+    for feature in figures.ground.geometry() {
+        assert!(feature.is_good(), "{feature:?}");
+    }
+    // Sampling adds 1 um and 0.001 deg, whole steps half of 1 um and 0.0005 deg each.
+    let (tip, turn) = figures.ground.path_error();
+    assert!(tip < 0.0035, "{tip}");
+    assert!(turn.to_degrees() < 0.002, "{turn}");
+    // mu from -2 to 63.496 deg: drill-grinding.md section 7.
+    for stroke in &figures.ground.strokes {
+        assert!((stroke.mu.0.to_degrees() + 2.0).abs() < 0.2);
+        assert!((stroke.mu.1.to_degrees() - 63.496).abs() < 0.01);
+        assert!((stroke.standoff_found - stroke.standoff).abs() < 0.001);
     }
 }
 
 #[test]
 fn the_published_motion_shows_in_the_ground_drill() {
     let text = short_drill().replace("variant = \"exact\"", "variant = \"published\"");
-    let (job, outcome) = simulate(&text, Scalar::F64);
+    let (job, outcome) = simulate(&text);
 
     let figures = DrillFigures::of(&job, drill_of(&job), &outcome, 1.0);
 
@@ -131,7 +128,7 @@ fn the_published_motion_shows_in_the_ground_drill() {
 fn the_same_job_gives_the_same_pulses_again() {
     let (_, first) = &*SHORT;
 
-    let (_, again) = simulate(&short_drill(), Scalar::F32);
+    let (_, again) = simulate(&short_drill());
 
     assert_eq!(first.trace.first_difference(&again.trace), None);
     assert_eq!(first.trace.ticks(), again.trace.ticks());
@@ -141,18 +138,17 @@ fn the_same_job_gives_the_same_pulses_again() {
 fn both_edge_mode_makes_the_same_steps_in_fewer_ticks() {
     let (_, pulse) = &*SHORT;
     let text = short_drill().replace("mode = \"pulse\"", "mode = \"both-edge\"");
-    let (_, both) = simulate(&text, Scalar::F32);
+    let (_, both) = simulate(&text);
 
     assert_eq!(pulse.trace.positions(), both.trace.positions());
-    let steps =
-        |outcome: &Outcome<6>| -> [u64; 6] { outcome.trace.statistics().map(|s| s.steps()) };
+    let steps = |outcome: &Outcome| -> [u64; 6] { outcome.trace.statistics().map(|s| s.steps()) };
     assert_eq!(steps(pulse), steps(&both));
     assert!(both.trace.ticks() < pulse.trace.ticks());
 }
 
 #[test]
 fn lines_of_counts_step_at_the_ticks_of_the_rule() {
-    let (job, outcome) = simulate(COUNTS, Scalar::F32);
+    let (job, outcome) = simulate(COUNTS);
     let counts = counts_of(&job);
 
     let figures = CountsFigures::of(&job, counts, &outcome, 1.0);
@@ -200,7 +196,6 @@ fn lines_of_counts_step_at_the_ticks_of_the_rule() {
 fn a_line_takes_the_time_that_it_was_given() {
     let (_, outcome) = simulate(
         "kind = \"counts\"\n[[line]]\ncounts = [1000, -1000, 500, 0, 0, 1]\nduration = 0.5\n",
-        Scalar::F32,
     );
 
     let [first, second, ..] = outcome.trace.statistics();
@@ -217,7 +212,7 @@ fn a_path_beyond_the_travel_of_a_joint_is_refused_before_anything_moves() {
     let job = Job::parse("some.toml", "some", text.as_bytes()).expect("it reads");
 
     let mut progress = 0;
-    let error = run(&job, Scalar::F32, &mut |_, _| progress += 1).expect_err("it is refused");
+    let error = run(&job, &mut |_, _| progress += 1).expect_err("it is refused");
 
     assert_eq!(
         (error.name, error.key.as_deref()),
@@ -237,7 +232,7 @@ fn a_path_beyond_the_travel_of_a_joint_is_refused_before_anything_moves() {
 
 #[test]
 fn the_figures_of_all_motors_are_those_of_each_alone() {
-    let (_, outcome) = simulate(COUNTS, Scalar::F32);
+    let (_, outcome) = simulate(COUNTS);
     use hexstep_host::trace::Motion;
 
     let all = Motion::rebuild_all(&outcome.trace, 0.02);

@@ -189,7 +189,7 @@ fn a_missing_job_and_a_wrong_option_are_bad_input_too() {
         &["run", "no-such-job"][..],
         &["run"],
         &["walk"],
-        &["run", "counts", "--scalar", "f16"],
+        &["run", "counts", "--trace", "some"],
     ] {
         let output = folder.hexstep(arguments);
 

@@ -75,6 +75,8 @@ impl<const N: usize> Planner<N> {
     }
 
     /// The commanded position one millisecond on; `None` at rest with nothing to do.
+    // Not an iterator: after `None` more may come.
+    #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Option<Sample<N>> {
         self.run.next(&mut self.blocks)
     }

@@ -53,10 +53,8 @@ impl<'a> Receiver<'a> {
             b'!' | 0x82 => self.flags.raise(RealTime::HOLD),
             b'~' | 0x81 => self.flags.raise(RealTime::RESUME),
             0x80.. => {}
-            b'\r' | b'\n' | 0x08 | 0x20..=0x7f => {
-                if self.queue.enqueue(byte).is_err() {
-                    self.flags.raise(RealTime::OVERFLOW);
-                }
+            b'\r' | b'\n' | 0x08 | 0x20..=0x7f if self.queue.enqueue(byte).is_err() => {
+                self.flags.raise(RealTime::OVERFLOW);
             }
             _ => {}
         }

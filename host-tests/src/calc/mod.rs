@@ -18,6 +18,7 @@ mod five_axis;
 mod interp;
 mod machine;
 mod mirror;
+mod precession;
 pub mod request;
 pub mod schema;
 mod surface;
@@ -38,6 +39,8 @@ const TOPICS: &[&[Function]] = &[
     arm::FUNCTIONS,
     chain::FUNCTIONS,
     mirror::FUNCTIONS,
+    mirror::trim::FUNCTIONS,
+    precession::FUNCTIONS,
     surface::FUNCTIONS,
 ];
 

@@ -7,7 +7,7 @@ use crate::export::{self, Span};
 use crate::files::write_whole;
 use crate::job::{Job, JobError, MOTORS, Task};
 use crate::report::{CountsFigures, DrillFigures};
-use crate::run::{self, Scalar};
+use crate::run;
 use crate::trace::{Trace, bits, seconds};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, Write};
@@ -43,7 +43,6 @@ pub struct Request {
     pub job: Option<String>,
     /// Folder for the results; `None` for `target/hexstep/JOB`.
     pub out: Option<PathBuf>,
-    pub scalar: Scalar,
     pub extent: Extent,
 }
 
@@ -73,7 +72,7 @@ pub fn run(request: &Request) -> u8 {
     };
     let bar = progress_bar();
     let start = Instant::now();
-    let outcome = run::run(&job, request.scalar, &mut |done, all| {
+    let outcome = run::run(&job, &mut |done, all| {
         bar.set_length(all);
         bar.set_position(done);
     });

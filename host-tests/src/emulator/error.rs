@@ -22,6 +22,8 @@ pub enum EmulatorError {
     NoSymbol { name: String },
     /// The C compiler refused the plugin.
     Compiler { output: String },
+    /// QEMU did not do what the debugger asked for.
+    Debugger { answer: String },
     /// The serial line broke.
     Line { cause: io::Error },
     /// What was waited for did not come in time.
@@ -61,6 +63,7 @@ impl fmt::Display for EmulatorError {
             }
             Self::NoSymbol { name } => write!(f, "the firmware has no function `{name}`"),
             Self::Compiler { output } => write!(f, "the C compiler refused the plugin:\n{output}"),
+            Self::Debugger { answer } => write!(f, "the debugger's request was answered {answer}"),
             Self::Line { cause } => write!(f, "the emulator's serial line broke: {cause}"),
             Self::Timeout {
                 waited_for,

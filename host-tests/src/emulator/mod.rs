@@ -18,6 +18,7 @@
 //! the whole test was killed.
 
 pub mod counter;
+pub mod debugger;
 pub mod elf;
 pub mod error;
 pub mod pins;
@@ -29,6 +30,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 pub use counter::{Counter, Tally};
+pub use debugger::{Debugger, Register};
 pub use elf::Elf;
 pub use error::EmulatorError;
 pub use pins::{Change, PinMap, Pulse, Pulses, Recording, SKR_PRO};
@@ -80,24 +82,27 @@ const ANSWER: Duration = Duration::from_secs(30);
 pub struct Emulator {
     serial: Serial,
     recording: Arc<Mutex<Recording>>,
-    // Last: the threads behind the fields above end when the process does.
     process: Process,
+    /// The sockets.
+    folder: TemporaryFolder,
 }
 
 impl Emulator {
     /// Boots the firmware. Returns once QEMU has opened the serial line; the banner may still be to come.
     pub fn boot(options: &Options) -> Result<Self, EmulatorError> {
         let elf = Elf::read(&options.firmware)?;
-        let (listener, socket) = Serial::listen()?;
+        let folder = TemporaryFolder::create()?;
+        let listener = Serial::listen(folder.path())?;
         let mut recording = Recording::new(options.pins);
         recording.watch(options.counter.as_ref());
         let recording = Arc::new(Mutex::new(recording));
-        let mut process = Process::start(options, &elf, socket.path(), Arc::clone(&recording))?;
+        let mut process = Process::start(options, &elf, folder.path(), Arc::clone(&recording))?;
         let serial = Serial::accept(&listener, &mut process)?;
         Ok(Self {
             serial,
             recording,
             process,
+            folder,
         })
     }
 
@@ -230,6 +235,11 @@ impl Emulator {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
+    }
+
+    /// Stops the core, to be looked at or broken; it runs again when the debugger goes.
+    pub fn debug(&self) -> Result<Debugger, EmulatorError> {
+        Debugger::attach(&self.folder.path().join(process::DEBUGGER_SOCKET))
     }
 
     /// Ends the emulator; its recording, complete to the last store.

@@ -7,10 +7,13 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use super::serial::SERIAL_SOCKET;
 use super::{Elf, EmulatorError, Options, Recording, elf};
 
 pub const QEMU: &str = "qemu-system-arm";
 const REMEDY: &str = "on Debian: apt-get install qemu-system-arm";
+/// Where QEMU waits for a debugger, in the emulator's folder.
+pub(super) const DEBUGGER_SOCKET: &str = "debugger";
 /// Lines of QEMU's own that are kept for error messages.
 const KEPT_LINES: usize = 20;
 
@@ -43,7 +46,7 @@ impl Process {
     pub(super) fn start(
         options: &Options,
         elf: &Elf,
-        socket: &Path,
+        folder: &Path,
         recording: Arc<Mutex<Recording>>,
     ) -> Result<Self, EmulatorError> {
         // Both machines carry the STM32F405; the older one lost its RAM size in later versions.
@@ -64,7 +67,7 @@ impl Process {
             .arg("-chardev")
             .arg(format!(
                 "socket,id=line,path={},server=off",
-                socket.display()
+                folder.join(SERIAL_SOCKET).display()
             ))
             .args(["-serial", "chardev:line"])
             .arg("-serial")
@@ -72,6 +75,12 @@ impl Process {
                 Some(path) => format!("file:{}", path.display()),
                 None => "null".to_string(),
             })
+            .arg("-chardev")
+            .arg(format!(
+                "socket,id=debugger,path={},server=on,wait=off",
+                folder.join(DEBUGGER_SOCKET).display()
+            ))
+            .args(["-gdb", "chardev:debugger"])
             .arg("-kernel")
             .arg(&options.firmware);
         if elf.flash_start() != elf::FLASH_START {

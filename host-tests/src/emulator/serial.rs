@@ -2,28 +2,19 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::EmulatorError;
 use super::process::Process;
-use super::{EmulatorError, TemporaryFolder};
 
 /// How long QEMU may take to start and open the line.
 const START: Duration = Duration::from_secs(30);
 
-/// Where QEMU is to call; the file goes with this value.
-pub(super) struct SocketFile {
-    path: PathBuf,
-    _folder: TemporaryFolder,
-}
-
-impl SocketFile {
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-}
+/// Where QEMU is to call, in the emulator's folder.
+pub(super) const SERIAL_SOCKET: &str = "serial";
 
 pub(super) struct Serial {
     stream: UnixStream,
@@ -32,18 +23,9 @@ pub(super) struct Serial {
 
 impl Serial {
     /// Opens the socket on which QEMU will call.
-    pub(super) fn listen() -> Result<(UnixListener, SocketFile), EmulatorError> {
-        let folder = TemporaryFolder::create()?;
-        let path = folder.path().join("serial");
-        let listener =
-            UnixListener::bind(&path).map_err(|cause| EmulatorError::file(&path, cause))?;
-        Ok((
-            listener,
-            SocketFile {
-                path,
-                _folder: folder,
-            },
-        ))
+    pub(super) fn listen(folder: &Path) -> Result<UnixListener, EmulatorError> {
+        let path = folder.join(SERIAL_SOCKET);
+        UnixListener::bind(&path).map_err(|cause| EmulatorError::file(&path, cause))
     }
 
     /// Waits for QEMU's call.

@@ -16,7 +16,7 @@ mod reader;
 pub use counts::{CountsJob, Line};
 pub use drill::{AxisLimits, DrillJob, MOTORS, Phi};
 
-use crate::trace::TICK_HZ;
+use crate::machine::TICK_HZ;
 use hexstep::stepper::{StepMode, Timing};
 use reader::{Kind, Source, Table};
 use std::collections::BTreeMap;
@@ -184,7 +184,7 @@ fn timing(root: &Table<'_>) -> Result<Timing, JobError> {
     if let Some(table) = root.table_if_any("stepper")? {
         table.known(&["pulse_us", "setup_us", "hold_us", "mode"])?;
         // A tick lasts at least as long as a pulse, and at the floor of the tick rate 25 us.
-        timing.pulse = table.number_or("pulse_us", timing.pulse, Kind::between(0.0, 25.0, "us"))?;
+        timing.pulse = table.number_or("pulse_us", timing.pulse, Kind::between(1.0, 25.0, "us"))?;
         timing.setup =
             table.number_or("setup_us", timing.setup, Kind::between(0.0, 1000.0, "us"))?;
         timing.hold = table.number_or("hold_us", timing.hold, Kind::between(0.0, 1000.0, "us"))?;
@@ -199,7 +199,7 @@ fn timing(root: &Table<'_>) -> Result<Timing, JobError> {
     // At most 10^6 ns.
     let ns = |us: f64| (us * 1000.0).ceil() as u32;
     Ok(Timing::from_ns(
-        TICK_HZ as u32,
+        TICK_HZ,
         ns(timing.pulse),
         ns(timing.setup),
         ns(timing.hold),

@@ -137,6 +137,9 @@ impl Kind {
 
 type Entry<'a> = (&'a Range<usize>, &'a DeValue<'a>);
 
+/// An element of an array: its key, its place in the text, its value.
+type Element<'a> = (String, Range<usize>, &'a DeValue<'a>);
+
 /// A table of the file, or the whole of it.
 pub(super) struct Table<'a> {
     source: &'a Source<'a>,
@@ -391,11 +394,7 @@ impl<'a> Table<'a> {
             .is_some_and(|value| value.get_ref().is_str())
     }
 
-    fn elements<const N: usize>(
-        &self,
-        key: &str,
-        of: &str,
-    ) -> Result<[(String, Range<usize>, &'a DeValue<'a>); N], JobError> {
+    fn elements<const N: usize>(&self, key: &str, of: &str) -> Result<[Element<'a>; N], JobError> {
         let expected = format!("an array of {N} {of}");
         let (span, value) = self.entry(key, &expected)?;
         let DeValue::Array(items) = value else {

@@ -4,7 +4,7 @@ use super::motors::{Channel, Motors, pulse_trains};
 use super::{Cell, Report};
 use crate::job::{CountsJob, Job, Line, MOTORS};
 use crate::plot::number;
-use crate::rig::Outcome;
+use crate::run::Outcome;
 use crate::trace::{Pulse, TICK_HZ, seconds};
 use hexstep::stepper::{CountLine, Preset};
 
@@ -49,14 +49,14 @@ pub struct LineFigures {
 /// Everything that a finished job of counts says.
 pub struct CountsFigures<'a> {
     job: &'a Job,
-    outcome: &'a Outcome<6>,
+    outcome: &'a Outcome,
     pub motors: Motors,
     pub lines: Vec<LineFigures>,
     wall: f64,
 }
 
 impl<'a> CountsFigures<'a> {
-    pub fn of(job: &'a Job, counts: &CountsJob, outcome: &'a Outcome<6>, wall: f64) -> Self {
+    pub fn of(job: &'a Job, counts: &CountsJob, outcome: &'a Outcome, wall: f64) -> Self {
         let channels = std::array::from_fn(|motor| Channel {
             name: MOTORS[motor].into(),
             unit: "steps",
@@ -247,7 +247,7 @@ fn deviation_row((motor, d): (usize, &Deviation)) -> Vec<Cell> {
 }
 
 /// Takes the pulses apart into the lines that they belong to.
-fn lines(job: &Job, counts: &CountsJob, outcome: &Outcome<6>) -> Vec<LineFigures> {
+fn lines(job: &Job, counts: &CountsJob, outcome: &Outcome) -> Vec<LineFigures> {
     let mut pulses = outcome.trace.pulses().peekable();
     let mut from = [0i32; 6];
     let mut figures = Vec::new();

@@ -4,7 +4,7 @@ use super::motors::{Channel, Motors, pulse_trains};
 use super::{Cell, Feature, GroundDrill, Report, Stroke};
 use crate::job::{DrillJob, Job, MOTORS, Phi};
 use crate::plot::number;
-use crate::rig::Outcome;
+use crate::run::Outcome;
 use crate::trace::{Change, TICK_HZ, seconds};
 use hexstep::cycles::drill_point::{Cycle, Variant};
 use hexstep::stepper::StepMode;
@@ -13,7 +13,7 @@ use hexstep::stepper::StepMode;
 pub struct DrillFigures<'a> {
     pub job: &'a Job,
     pub drill: &'a DrillJob,
-    pub outcome: &'a Outcome<6>,
+    pub outcome: &'a Outcome,
     pub motors: Motors,
     pub ground: GroundDrill,
     /// Time that the simulation itself took [s].
@@ -26,7 +26,7 @@ pub struct DrillFigures<'a> {
 const WINDOW: f64 = 0.02;
 
 impl<'a> DrillFigures<'a> {
-    pub fn of(job: &'a Job, drill: &'a DrillJob, outcome: &'a Outcome<6>, wall: f64) -> Self {
+    pub fn of(job: &'a Job, drill: &'a DrillJob, outcome: &'a Outcome, wall: f64) -> Self {
         let channels = std::array::from_fn(|motor| {
             let axis = &drill.axes[motor];
             Channel {

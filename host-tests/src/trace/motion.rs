@@ -2,22 +2,25 @@
 //!
 //! An edge from n to n+1 says that the commanded position crosses n + 1/2 at that instant. The straight lines between
 //! those crossings are averaged over cells of equal time, and in a window of 2 m + 1 cells around each cell
-//! (m = [`HALF_WINDOW`]) the cubic of least squares is laid; its derivatives in the middle are the answer (Savitzky and
-//! Golay 1964, the closed forms for a cubic):
+//! (m = [`HALF_WINDOW`]) polynomials of least squares are laid: a straight line for the speed, a parabola for the
+//! acceleration, a cubic for the jerk (Savitzky and Golay 1964, in closed form):
 //!
 //! ```text
 //! S_k = sum i^k,  i = -m .. m          T_k = sum i^k y_i
-//! c1 = (S6 T1 - S4 T3) / (S2 S6 - S4^2)          speed        = c1 / cell
-//! c2 = (S0 T2 - S2 T0) / (S0 S4 - S2^2)          acceleration = 2 c2 / cell^2
-//! c3 = (S2 T3 - S4 T1) / (S2 S6 - S4^2)          jerk         = 6 c3 / cell^3
+//! speed        =   T1 / S2                                   / cell
+//! acceleration = 2 (S0 T2 - S2 T0) / (S0 S4 - S2^2)          / cell^2
+//! jerk         = 6 (S2 T3 - S4 T1) / (S2 S6 - S4^2)          / cell^3
 //! ```
 //!
-//! How good: a cubic motion is returned exactly; a corner of the speed is rounded over a window. An edge is late by up to
-//! a tick, so at rate v and tick time t the position is uncertain by e = v t of a step; averaged over the n edges of a
-//! window w that leaves about 30 e / (w^2 sqrt n) of noise in the acceleration and 320 e / (w^3 sqrt n) in the jerk. A window
-//! should hold ten steps at least where acceleration is judged. At rest the position stays half a step
-//! short of the whole one: no edge tells more, and within a window of a start or a stop the acceleration may be
-//! 2 steps / w^2 off.
+//! Each is thus a mean of the true speed, acceleration or jerk over the window with weights that are nowhere negative:
+//! what keeps a limit does not show above it. The price: a corner is rounded over a window, and where the jerk is j the
+//! speed is read j w^2 / 36 too high.
+//!
+//! Noise: an edge is late by up to a tick, so at rate v and tick time t the position is uncertain by e = v t of a step;
+//! averaged over the n edges of a window w that leaves about 30 e / (w^2 sqrt n) of noise in the acceleration and
+//! 320 e / (w^3 sqrt n) in the jerk. A window should hold ten steps at least where acceleration is judged. At rest the
+//! position stays half a step short of the whole one: no edge tells more, and within a window of a start or a stop the
+//! acceleration may be 2 steps / w^2 off.
 
 use super::{Step, TICK_HZ, Trace, bits};
 
@@ -279,7 +282,7 @@ impl<const N: usize> Trace<N> {
     }
 }
 
-/// First, second and third derivative by cell of the cubic around `middle`; the ends of the list are held.
+/// First, second and third derivative by cell around `middle`; the ends of the list are held.
 fn fit(y: &[f64], middle: usize) -> [f64; 3] {
     let m = HALF_WINDOW as f64;
     let s0 = 2.0 * m + 1.0;
@@ -303,7 +306,7 @@ fn fit(y: &[f64], middle: usize) -> [f64; 3] {
     let odd = s2 * s6 - s4 * s4;
     let even = s0 * s4 - s2 * s2;
     [
-        (s6 * t1 - s4 * t3) / odd,
+        t1 / s2,
         2.0 * (s0 * t2 - s2 * t0) / even,
         6.0 * (s2 * t3 - s4 * t1) / odd,
     ]

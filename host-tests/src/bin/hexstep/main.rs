@@ -3,7 +3,6 @@
 use clap::{Parser, Subcommand};
 use hexstep_host::calc;
 use hexstep_host::cli::run::{self as jobs, Extent};
-use hexstep_host::run::Scalar;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -38,9 +37,6 @@ struct Run {
     /// Folder for the results [default: target/hexstep/JOB]
     #[arg(long, value_name = "DIR")]
     out: Option<std::path::PathBuf>,
-    /// The type in which geometry and kinematics are computed; f32 gives the target's own pulses
-    #[arg(long, value_enum, default_value = "f32")]
-    scalar: ScalarName,
     /// How much of the job trace.vcd and trace.csv hold: its first 4 million steps, all, or no such files
     #[arg(long, value_enum, default_value = "start")]
     trace: ExtentName,
@@ -51,12 +47,6 @@ enum ExtentName {
     Start,
     All,
     None,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum ScalarName {
-    F32,
-    F64,
 }
 
 #[derive(clap::Args)]
@@ -85,7 +75,7 @@ const RUN_EXAMPLES: &str = r#"Exit status: 0 all motors where they should be; 1 
 Examples:
   hexstep run drill-point
   hexstep run host-tests/jobs/counts.toml
-  hexstep run my-drill.toml --out results --scalar f64 --trace none"#;
+  hexstep run my-drill.toml --out results --trace none"#;
 
 const CALC_EXAMPLES: &str = r#"Lengths in mm, angles in degrees, times in s. One object is one case; an array of objects is answered by an array.
 Exit status: 0 every case answered; 2 bad input, told as {"error": NAME, "detail": SENTENCE}.
@@ -103,10 +93,6 @@ fn main() -> ExitCode {
         Some(Command::Run(arguments)) => jobs::run(&jobs::Request {
             job: Some(arguments.job),
             out: arguments.out,
-            scalar: match arguments.scalar {
-                ScalarName::F32 => Scalar::F32,
-                ScalarName::F64 => Scalar::F64,
-            },
             extent: match arguments.trace {
                 ExtentName::Start => Extent::Start,
                 ExtentName::All => Extent::All,

@@ -250,7 +250,7 @@ fn the_bar_holds_for_adaptive_rows_in_both_jobs_and_both_models() {
     ] {
         let plan = Plan::new(&part, &job).unwrap();
 
-        let found = simulate(&part, &job, &plan, 47);
+        let found = simulate(&part, &job, &plan, 31);
 
         assert!(found.ratio() <= wanted, "{}", found.ratio());
         assert!(found.max <= 0.040);

@@ -22,4 +22,5 @@
 pub mod geometry;
 pub mod joints;
 pub mod math;
+pub mod planner;
 pub mod stepper;

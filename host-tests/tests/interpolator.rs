@@ -478,7 +478,10 @@ fn directions_are_set_up_before_and_held_after_every_step_of_a_violent_path() {
                     for i in (0..6).filter(|i| changed >> i & 1 != 0) {
                         turned[i] = *at;
                         let held = stepped[i].map_or(u64::MAX, |s: u64| at - s);
-                        assert!(held >= u64::from(t.hold), "motor {i} held for {held} counts");
+                        assert!(
+                            held >= u64::from(t.hold),
+                            "motor {i} held for {held} counts"
+                        );
                     }
                 }
                 let setup = time - turned[*motor];

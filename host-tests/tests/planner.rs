@@ -256,3 +256,159 @@ fn probe_figures() {
     }
     println!("{hist:?} squeezed {squeezed}");
 }
+
+#[test]
+fn probe_events() {
+    let (mut worst, mut bad) = ([0.0f64; 3], 0);
+    let mut squeezed = 0;
+    for seed in std::env::var("SEEDS").map(|s| s.split(',').map(|x| x.parse().unwrap()).collect::<Vec<u64>>()).unwrap_or((1..=250).collect()) {
+        let mut r = Random::new(seed + 1000);
+        let mut program = random_program(seed);
+        program.blocks.truncate(120);
+        let (plain, _) = run(&program, &[]);
+        let mut events = Vec::new();
+        let mut at = 0;
+        let stop = seed % 5 == 0;
+        for _ in 0..r.below(12) {
+            at += r.below(1 + plain.len() / 3);
+            match r.below(3) {
+                0 => {
+                    events.push((at, Event::Hold));
+                    at += r.below(300);
+                    events.push((at, Event::Resume));
+                }
+                1 => events.push((at, Event::Feed(r.between(0.1, 2.0) as f32))),
+                _ => events.push((at, Event::Rapid(r.between(0.1, 1.0) as f32))),
+            }
+        }
+        if stop {
+            events.push((at, Event::Stop));
+        }
+        let (samples, planner) = run(&program, &events);
+        let s = shares(&samples, &program.limits);
+        let e = contour(&samples, &program);
+        let step = program.path.weight().iter().map(|w| f64::from(w * w)).sum::<f64>().sqrt();
+        let end = program.blocks.last().unwrap().0.map(f64::from);
+        let ok = if stop { samples.last().unwrap().iter().all(|x| x.fract() == 0.0) } else { *samples.last().unwrap() == end };
+        if planner.counters().squeezed > 0 { println!("seed {seed} squeezed {} worst {s:?}", planner.counters().squeezed); }
+        squeezed += planner.counters().squeezed;
+        for k in 0..3 { worst[k] = worst[k].max(s[k]); }
+        if !ok || s[0] > 1.02 || s[1] > 1.02 || s[2] > 1.1 || e > f64::from(program.path.tolerance()) + 0.5 * step {
+            bad += 1;
+            println!("seed {seed}: n {} v {:.3} a {:.3} j {:.3} tol {} err {:.5} step {:.4} end {ok} samples {} {:?}", program.blocks.len(), s[0], s[1], s[2], program.path.tolerance(), e, step, samples.len(), planner.counters());
+        }
+    }
+    println!("events: worst {worst:?} bad {bad} squeezed {squeezed}");
+}
+
+/// Least time of a jerk-limited move over `l` from rest to rest.
+fn optimum(l: f64, v: f64, a: f64, j: f64) -> f64 {
+    let ramp = |v: f64| if v * j < a * a { 2.0 * (v / j).sqrt() } else { v / a + a / j };
+    if v * ramp(v) <= l {
+        return l / v + ramp(v);
+    }
+    let (mut lo, mut hi) = (0.0, v);
+    for _ in 0..100 {
+        let m = 0.5 * (lo + hi);
+        if m * ramp(m) <= l { lo = m } else { hi = m }
+    }
+    2.0 * ramp(lo)
+}
+
+fn program_optimum(program: &Program<6>) -> f64 {
+    let mut q = [0.0; 6];
+    let mut sum = 0.0;
+    for (t, d) in &program.blocks {
+        let (mut v, mut a, mut j) = (f64::MAX, f64::MAX, f64::MAX);
+        for i in 0..6 {
+            let m = (f64::from(t[i]) - q[i]).abs();
+            if m > 0.0 {
+                v = v.min(f64::from(program.limits.velocity()[i]) / m);
+                a = a.min(f64::from(program.limits.acceleration()[i]) / m);
+                j = j.min(f64::from(program.limits.jerk()[i]) / m);
+            }
+        }
+        if *d > 0.0 {
+            v = v.min(1.0 / f64::from(*d));
+        }
+        if v < f64::MAX {
+            sum += optimum(1.0, v, a, j);
+        }
+        q = t.map(f64::from);
+    }
+    sum
+}
+
+#[test]
+fn probe_times() {
+    // Single moves.
+    let mut r = Random::new(5);
+    for share in [0.1, 0.2, 0.5, 1.0, 2.0, 10.0] {
+        let (mut worst, mut ms) = (0.0f64, 0.0f64);
+        for _ in 0..40 {
+            let limits = random_limits(&mut r);
+            let target = [0; 6].map(|_| r.between(-1.0, 1.0));
+            let (mut a, mut j) = (f64::MAX, f64::MAX);
+            for i in 0..6 {
+                a = a.min(f64::from(limits.acceleration()[i]) / target[i].abs());
+                j = j.min(f64::from(limits.jerk()[i]) / target[i].abs());
+            }
+            let l = share * 2.0 * a * a * a / j / j;
+            let target = target.map(|t| (t * l).round() as i32);
+            let path = PathSetting::new([0.003; 6], 0.01).unwrap();
+            let program = Program { limits, path, blocks: vec![(target, 0.0)] };
+            let (samples, _) = run(&program, &[]);
+            let best = program_optimum(&program);
+            let t = (samples.len() - 1) as f64 * 1e-3;
+            worst = worst.max((t - 1e-3) / best);
+            ms = ms.max(t - best);
+        }
+        println!("single {share}: worst {worst:.4} (less one sample), {ms:.5} s over");
+    }
+    // Zigzags.
+    for tolerance in [0.003, 0.01, 0.03, 0.1, 0.3] {
+        let (mut worst, mut gain) = (0.0f64, 0.0);
+        let mut out = String::new();
+        for seed in 1..=30 {
+            let mut r = Random::new(seed + 77);
+            let limits = random_limits(&mut r);
+            let path = PathSetting::new([1.0 / 320.0; 6], tolerance).unwrap();
+            let size = r.scale(30.0, 20_000.0);
+            let mut q = [0.0f64; 6];
+            let blocks = (0..60).map(|_| {
+                for x in &mut q { *x += r.between(-size, size); }
+                (q.map(|x| x.round() as i32), 0.0)
+            }).collect();
+            let program = Program { limits, path, blocks };
+            let (samples, p) = run(&program, &[]);
+            let best = program_optimum(&program);
+            let t = (samples.len() - 1) as f64 * 1e-3;
+            if t / best > 0.98 { out += &format!(" {seed}:{:.3} size {size:.0} {t:.3}s;", t / best); }
+            worst = worst.max(t / best);
+            gain += best / t / 30.0;
+            assert_eq!(p.counters().squeezed, 0);
+        }
+        println!("zigzag {tolerance}: worst {worst:.4} mean gain {gain:.3} {out}");
+    }
+    // Circle of 10 000 chords, r 50 mm at 320 steps/mm.
+    for (feed, a, j, tol) in [(50.0, 3000.0, 1e5, 0.01), (100.0, 3000.0, 1e5, 0.01), (200.0, 3000.0, 2e5, 0.01), (100.0, 1000.0, 3e4, 0.01), (100.0, 3000.0, 1e5, 0.003), (100.0, 3000.0, 1e5, 0.05)] {
+        let spm = 320.0;
+        let limits = Limits::new([400.0 * spm as f32; 6], [a * spm as f32; 6], [j * spm as f32; 6]).unwrap();
+        let path = PathSetting::new([1.0 / 320.0; 6], tol).unwrap();
+        let n = 10_000;
+        let radius = 50.0 * spm;
+        let chord = 2.0 * std::f64::consts::PI * 50.0 / n as f64;
+        let blocks = (1..=n).map(|k| {
+            let t = k as f64 / n as f64 * 2.0 * std::f64::consts::PI;
+            let q = [radius * (t.cos() - 1.0), radius * t.sin(), 0.0, 0.0, 0.0, 0.0];
+            (q.map(|x: f64| x.round() as i32), (chord / feed) as f32)
+        }).collect();
+        let program = Program { limits, path, blocks };
+        let (samples, p) = run(&program, &[]);
+        let t = (samples.len() - 1) as f64 * 1e-3;
+        let length = 2.0 * std::f64::consts::PI * 50.0;
+        let ideal = length / feed + feed / f64::from(a) + f64::from(a) / f64::from(j);
+        println!("circle feed {feed} a {a} j {j} tol {tol}: {:.4} shares {:?} contour {:.5} {:?}", t / ideal, shares(&samples, &limits), contour(&samples, &program), p.counters());
+    }
+    println!("size {}", std::mem::size_of::<Planner<6>>());
+}

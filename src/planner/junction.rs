@@ -56,7 +56,10 @@ pub(super) fn decide<const N: usize>(
     }
     if d >= 0.5 * l1.max(l2) {
         block.d = d;
-        return;
+        if turn <= GENTLE || !stop_is_sooner(scaled, further, before, block) {
+            return;
+        }
+        block.d = 0.0;
     }
     d = d.min(0.5 * shorter).min(room);
     // A tolerance of zero rounds nothing but what is straight already.
@@ -106,15 +109,21 @@ pub(super) fn set_zone<const N: usize>(
 }
 
 /// Whether stopping at the exact corner takes less time than its blend at constant speed, from the middle of one block
-/// to the middle of the other.
+/// to the middle of the other. A wide hat holds the speed of both halves; where the next one turns back, its third
+/// derivative doubles.
 fn stop_is_sooner<const N: usize>(
     scaled: &Scaled<N>,
     further: Option<&[f32; N]>,
     before: &Block<N>,
     block: &Block<N>,
 ) -> bool {
-    let zone = block::zone(scaled, further, before, block, None, SHARP);
-    let mut gain = -2.0 * block.d / zone.v;
+    let wide = block.is_wide();
+    let split = if wide { SMOOTH } else { SHARP };
+    let mut zone = block::zone(scaled, further, before, block, None, split);
+    if wide {
+        zone.v *= 0.79;
+    }
+    let mut gain = 0.0;
     for side in [before, block] {
         // Straight, as if its other end were alike.
         let straight = Block { d: 0.0, ..*side };
@@ -128,7 +137,8 @@ fn stop_is_sooner<const N: usize>(
             2.0 * t1 + t2 + (way - ramped).max(0.0) / v.max(1.0e-12)
         };
         let half = 0.5 * side.length;
-        gain += time(0.0, half) - time(slow, half - block.d);
+        let held = if wide { half } else { block.d };
+        gain += time(0.0, half) - time(slow, half - held) - held / slow;
     }
     gain <= 0.0
 }

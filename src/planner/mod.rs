@@ -63,6 +63,8 @@ use trim::Trim;
 const MERGE_SHARE: f32 = 1.0 - junction::BLEND_SHARE;
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
+/// A merged block may be longer than the one before it by this factor.
+const GROWTH: f32 = 1.5;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
 const SLOWEST: f32 = 1.0e-9;
 
@@ -484,11 +486,12 @@ impl<const N: usize> Planner<N> {
     fn merge(&mut self, chord: &Block<N>, target: [i32; N]) -> bool {
         let n = self.ring.len();
         let tolerance = self.path.tolerance() * self.unit * MERGE_SHARE;
-        // The two oldest blocks are under way.
-        if n < 3 || self.dwell > 0 || tolerance <= 0.0 {
+        // Once motion has begun, the two oldest blocks are under way.
+        let begun = !self.runner.is_resting() || self.runner.x > 0;
+        if n == 0 || begun && n < 3 || self.dwell > 0 || tolerance <= 0.0 {
             return false;
         }
-        let (Some(before), Some(old)) = (self.ring.get(n - 2), self.ring.get(n - 1)) else {
+        let Some(old) = self.ring.get(n - 1) else {
             return false;
         };
         let same = old.rapid == chord.rapid
@@ -499,9 +502,12 @@ impl<const N: usize> Planner<N> {
         if !same {
             return false;
         }
-        // Equal chords have the smoothest curve through them.
-        let curve = !old.stop && junction::is_gentle(&self.weight, before, old);
-        if curve && old.length + 0.5 * chord.length > before.length {
+        // Chords of like length have the smoothest curve through them.
+        if let Some(before) = n.checked_sub(2).and_then(|b| self.ring.get(b))
+            && !old.stop
+            && junction::is_gentle(&self.weight, before, old)
+            && old.length + chord.length > GROWTH * before.length
+        {
             return false;
         }
         let weighted = |from: &[i32; N]| {
@@ -533,6 +539,9 @@ impl<const N: usize> Planner<N> {
         self.cone = Some(cone);
         if let Some(old) = self.ring.get_mut(n - 1) {
             *old = block;
+        }
+        if n == 1 {
+            self.enter();
         }
         self.shape(n - 1);
         true
@@ -684,9 +693,19 @@ impl<const N: usize> Planner<N> {
 
     fn halt(&mut self) {
         self.backward();
-        self.runner.stop_rising();
+        self.stop_rising();
         if let run::Mode::Cruise { .. } = self.runner.mode {
             self.look_again();
+        }
+    }
+
+    /// Lets a ramp up go, unless what follows asks for its full length.
+    fn stop_rising(&mut self) {
+        if let Some((_, x, v)) = self.runner.eased()
+            && self.runner.descent_end().is_none()
+            && self.plan().is_feasible(x, v)
+        {
+            self.runner.ease();
         }
     }
 
@@ -700,7 +719,7 @@ impl<const N: usize> Planner<N> {
         let old = self.planned;
         let raised = old.not_above(&self.wanted);
         if !raised {
-            self.runner.stop_rising();
+            self.stop_rising();
             if matches!(self.runner.mode, run::Mode::Ramp(_)) {
                 return;
             }

@@ -10,6 +10,7 @@
 //! Decisions are taken without acceleration only. Taking a planned ramp down early is always safe; so are a ramp up that
 //! ends early and any slowing that leaves the next planned ramp its room.
 
+extern crate std;
 use super::block::Span;
 use super::look_ahead::{self, Factors, Target, adjacent, beyond};
 use super::profile::{self, Ramp, TICK};
@@ -206,15 +207,6 @@ impl Runner {
         }
     }
 
-    /// Lets a ramp up go.
-    pub fn stop_rising(&mut self) {
-        if let Mode::Ramp(ramp) = &self.mode
-            && !ramp.slows()
-        {
-            self.ease();
-        }
-    }
-
     /// Runs on for at most `time`; returns the time left, which is above zero at rest or when a vertex was passed.
     pub fn advance<const N: usize>(
         &mut self,
@@ -305,6 +297,7 @@ impl Runner {
             }
             // Rounding of a ramp down may pass the end by a bit; nothing lies behind it.
             if self.v > 1 << 24 {
+                std::eprintln!("OVERRUN");
                 self.squeezed = self.squeezed.wrapping_add(1);
             }
             if !matches!(self.mode, Mode::Ramp(_)) || self.x > head.bits + NEAR {
@@ -411,6 +404,7 @@ impl Runner {
             let needed = profile::length_of(at - start);
             let given = profile::length_of(at - self.x);
             if given < needed * (1.0 - 1.0e-4) {
+                std::eprintln!("SQUEEZE v {v} i {i} way {way} needed {needed} given {given} target {target:?} cap {} span {:?} next {:?}", plan.cap(i), plan.ring.span(i), plan.ring.span(i+1));
                 self.squeezed = self.squeezed.wrapping_add(1);
             }
             if given <= 0.0 {
@@ -479,26 +473,21 @@ impl Runner {
                 }
             }
         }
-        // What the path asks for next must still fit behind it, else it is taken now.
-        let bound = plan.ring.span(i + 1).is_none_or(|n| v > n.entry);
-        let (near, far) = plan.targets(i, way);
-        if bound && w > 0.0 {
-            let after = ramp::distance(v, w, a, j);
-            let fits = |t: &Target| {
-                w <= t.speed && after <= t.way
-                    || after + ramp::distance(w, t.speed, t.a, t.j) <= t.way * (1.0 - 1.0e-5)
-            };
-            if ![near, far].iter().flatten().any(fits) {
-                let fitting = [far, near]
-                    .into_iter()
-                    .flatten()
-                    .find(|t| ramp::distance(v, t.speed, t.a, t.j) <= t.way && t.speed < v);
-                match fitting {
-                    Some(t) => self.ramp_to(t.speed, t.a, t.j),
-                    None => self.follow(plan, i, way, end, v),
-                }
-                return;
+        // What the path asks for next must still fit behind it, else that is taken now.
+        let w_bits = profile::speed_bits(w);
+        let after = self.x + Ramp::way(self.v, w_bits, a, j);
+        if w > 0.0 && w < v && !plan.is_feasible(after, w) {
+            let (near, far) = plan.targets(i, way);
+            let fitting = [far, near]
+                .into_iter()
+                .flatten()
+                .find(|t| t.speed < v && ramp::distance(v, t.speed, t.a, t.j) <= t.way);
+            let bound = plan.ring.span(i + 1).is_none_or(|n| v > n.entry);
+            match fitting {
+                Some(t) if bound => self.ramp_to(t.speed, t.a, t.j),
+                _ => self.follow(plan, i, way, end, v),
             }
+            return;
         }
         if w >= v * (1.0 - WORTH) {
             self.follow(plan, i, way, end, v);

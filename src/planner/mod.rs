@@ -141,6 +141,8 @@ pub struct Planner<const N: usize> {
     state: State,
     planned: Factors,
     wanted: Factors,
+    /// The first vertex before which the motion can stop whatever lies behind it.
+    safe: usize,
     /// First span that has changed since the last backward pass.
     changed: Option<usize>,
     /// Where the path ends [steps].
@@ -173,6 +175,7 @@ impl<const N: usize> Planner<N> {
             state: State::Running,
             planned: Factors::ONE,
             wanted: Factors::ONE,
+            safe: 0,
             changed: None,
             tail: start,
             anchor: start,
@@ -434,6 +437,7 @@ impl<const N: usize> Planner<N> {
         self.cone = None;
         self.dwell = 0;
         self.changed = None;
+        self.safe = 0;
         self.at_rest = true;
     }
 
@@ -485,10 +489,13 @@ impl<const N: usize> Planner<N> {
     /// Whether the newest block takes in the move to `target`.
     fn merge(&mut self, chord: &Block<N>, target: [i32; N]) -> bool {
         let n = self.ring.len();
-        let tolerance = self.path.tolerance() * self.unit * MERGE_SHARE;
-        // Once motion has begun, the two oldest blocks are under way.
+        // Targets are whole steps: half a step of the finest joint, at most, is their own doing.
+        let tolerance = self.path.tolerance() * self.unit;
+        let finest = self.weight.iter().fold(1.0f32, |m, w| m.min(*w));
+        let tolerance = tolerance * MERGE_SHARE + 0.5 * finest.min(tolerance);
+        // Once motion has begun, what it has been planned for stays.
         let begun = !self.runner.is_resting() || self.runner.x > 0;
-        if n == 0 || begun && n < 3 || self.dwell > 0 || tolerance <= 0.0 {
+        if n == 0 || begun && (n < 3 || n - 2 < self.safe) || self.dwell > 0 || tolerance <= 0.0 {
             return false;
         }
         let Some(old) = self.ring.get(n - 1) else {
@@ -555,7 +562,9 @@ impl<const N: usize> Planner<N> {
             self.enter();
         }
         self.shape(k);
-        self.ease_into(k);
+        if k > 0 && k - 1 < self.safe {
+            self.admit(k);
+        }
     }
 
     /// Decides vertex `k` and the limits that depend on it: those of the zones `k - 1` and `k` and of the bodies on both
@@ -623,32 +632,23 @@ impl<const N: usize> Planner<N> {
         }
     }
 
-    /// A ramp down that would end where block `k` now begins (or in its zone) is cut short; where that is no longer
-    /// possible, the vertex stays a stop.
-    fn ease_into(&mut self, k: usize) {
-        let Some(end) = self.runner.descent_end() else {
-            return;
-        };
-        let Some(block) = self.ring.get(k) else {
-            return;
-        };
-        let mut vertex = 0i64;
-        for b in 0..k {
-            vertex += self.ring.get(b).map_or(0, |b| b.bits);
-        }
-        if end <= vertex - profile::length_bits(block.d) {
-            return;
-        }
+    /// Vertex `k` lies so near that the motion under way may not fit its rounding. A ramp down to the former end is cut
+    /// short where the new plan allows it; where nothing fits, the vertex stays the stop that it was.
+    fn admit(&mut self, k: usize) {
+        self.backward();
+        let plan = self.plan();
         if self.state == State::Running
-            && let Some((_, x, v)) = self.runner.eased()
-            && x < vertex - profile::length_bits(block.d)
+            && self.runner.descent_end().is_some()
+            && let Some((eased, x, v)) = self.runner.eased()
+            && plan.is_feasible(x, v)
+            && self.runner.fits(&plan, Some(&eased))
         {
-            self.backward();
-            if self.plan().is_feasible(x, v) {
-                self.runner.ease();
-                self.counters.eased = self.counters.eased.wrapping_add(1);
-                return;
-            }
+            self.runner.ease();
+            self.counters.eased = self.counters.eased.wrapping_add(1);
+            return;
+        }
+        if self.runner.fits(&plan, None) {
+            return;
         }
         if let Some(block) = self.ring.get_mut(k) {
             block.stop = true;
@@ -671,6 +671,7 @@ impl<const N: usize> Planner<N> {
         if self.planned != self.wanted {
             self.adopt_override();
         }
+        self.safe = self.runner.safe_vertex(&self.plan());
     }
 
     /// A cruise is decided anew; a ramp down that the plan no longer asks for is cut short.
@@ -793,6 +794,7 @@ impl<const N: usize> Planner<N> {
         self.runner.leave(head.bits);
         self.ring.pop();
         self.changed = self.changed.map(|c| c.saturating_sub(2));
+        self.safe = self.safe.saturating_sub(1);
         if self.ring.len() == 0 {
             self.runner.rest_at(0);
             self.trace.before = None;

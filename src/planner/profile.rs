@@ -92,8 +92,9 @@ pub(super) struct Ramp {
     start: (i64, i64),
     /// Speed at the end of the ramp.
     end_speed: i64,
-    /// Jerk [length/ms^3], for an early end.
-    jerk: f32,
+    /// Acceleration and jerk allowed [length/ms^2, length/ms^3].
+    pub acceleration: f32,
+    pub jerk: f32,
 }
 
 impl Ramp {
@@ -127,6 +128,7 @@ impl Ramp {
             t: 0,
             start: (x, v),
             end_speed: w,
+            acceleration: a,
             jerk: j,
         }
     }
@@ -213,6 +215,7 @@ impl Ramp {
             t: 0,
             start: (x, v),
             end_speed: last.speed(v, t).max(0),
+            acceleration: self.acceleration,
             jerk: self.jerk,
         }
     }

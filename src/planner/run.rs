@@ -190,6 +190,66 @@ impl Runner {
         }
     }
 
+    /// Whether the motion under way (or `other`, in its place) keeps the limits and leaves room for all that follows.
+    pub fn fits<const N: usize>(&self, plan: &Plan<'_, N>, other: Option<&Ramp>) -> bool {
+        let ramp = match (&self.mode, other) {
+            (_, Some(ramp)) => Some(ramp),
+            (Mode::Ramp(ramp), None) => Some(ramp),
+            _ => None,
+        };
+        let (end, speed) = match ramp {
+            Some(ramp) => (ramp.end(), profile::speed_of(ramp.end_speed())),
+            None => (self.x, self.speed()),
+        };
+        let most = self.speed().max(speed);
+        // A ramp that ends on a border does not reach into what begins there.
+        for i in plan.locate(self.x)..=plan.locate(end - 1) {
+            let Some(span) = plan.ring.span(i) else { break };
+            let within = ramp.is_none_or(|r| {
+                r.acceleration <= span.a * 1.001 && r.jerk <= span.j * 1.001
+            });
+            if span.length > 0.0 && (most > span.v * 1.001 || !within) {
+                return false;
+            }
+        }
+        speed <= 0.0 || plan.is_feasible(end, speed)
+    }
+
+    /// The first vertex before which the motion can come to rest within the limits, whatever lies behind it.
+    pub fn safe_vertex<const N: usize>(&self, plan: &Plan<'_, N>) -> usize {
+        if self.is_resting() && self.x == 0 {
+            return 0;
+        }
+        let (x, mut v) = match &self.mode {
+            Mode::Ramp(ramp) => (ramp.end(), profile::speed_of(ramp.end_speed())),
+            _ => (self.x, self.speed()),
+        };
+        let mut i = plan.locate(x);
+        let Some(mut span) = plan.ring.span(i) else {
+            return plan.ring.len();
+        };
+        let (mut a, mut j) = (span.a, span.j);
+        let mut way = profile::length_of(plan.start(i + 1) - x);
+        loop {
+            if ramp::distance(v, 0.0, a, j) <= way {
+                return i / 2 + 1;
+            }
+            i += 1;
+            let Some(next) = plan.ring.span(i) else {
+                return plan.ring.len();
+            };
+            if span.through && next.through {
+                a = a.min(next.a);
+                j = j.min(next.j);
+                way += next.length;
+            } else {
+                v = v.min(next.entry);
+                (a, j, way) = (next.a, next.j, next.length);
+            }
+            span = next;
+        }
+    }
+
     /// Where the acceleration could be gone, and the speed there.
     pub fn eased(&self) -> Option<(Ramp, i64, f32)> {
         match &self.mode {

@@ -132,6 +132,27 @@ struct Slopes {
     m1: f32,
     m2: f32,
     m3: f32,
+    /// `|q'''|` where one of two hats is alone, for a stretch that may be far shorter than a sample.
+    alone: f32,
+}
+
+/// How much of such a stretch a sample feels at speed v: `alone` counts `min(1, short (3/4v + 1/length))` times. A third
+/// difference is a mean over 3 ms, with a weight of 3/4 in its middle; shorter blocks bring one such stretch each.
+#[derive(Clone, Copy)]
+struct Short {
+    stretch: f32,
+    length: f32,
+}
+
+impl Short {
+    const NONE: Self = Self {
+        stretch: 0.0,
+        length: 1.0,
+    };
+
+    fn felt(&self, v: f32) -> f32 {
+        (self.stretch * (0.75 / v + 1.0 / self.length)).min(1.0)
+    }
 }
 
 /// Highest speed, acceleration and jerk along a span.
@@ -157,14 +178,17 @@ pub(super) const SHARP: Split = Split { a: 0.95, j: 0.9 };
 fn limit<const N: usize>(
     scaled: &Scaled<N>,
     slopes: &[Slopes; N],
+    short: Short,
     split: Split,
     spare: f32,
 ) -> Limit {
     let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
+    let mut r4 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
         r1 = r1.max(s.m1 * scaled.inverse_v[i]);
         r2 = r2.max(s.m2 * scaled.inverse_a[i]);
         r3 = r3.max(s.m3 * scaled.inverse_j[i]);
+        r4 = r4.max(s.alone * scaled.inverse_j[i]);
     }
     let mut v = 1.0 / r1;
     if v * v * r2 > split.a {
@@ -173,12 +197,29 @@ fn limit<const N: usize>(
     if v * v * v * r3 > split.j {
         v = Real::cbrt(split.j / r3);
     }
+    let felt = v * v * v * r4 * short.felt(v);
+    if felt > split.j {
+        // The share felt falls with v^2 at the least, and with v^3 when all is felt.
+        let less = v * Real::sqrt(split.j / felt);
+        v = less.max(Real::cbrt(split.j / r4).min(v));
+    }
+    let felt = short.felt(v);
+    let mut most = 0.0f32;
+    for (i, s) in slopes.iter().enumerate() {
+        most = most.max((s.m3 + s.alone * felt) * scaled.inverse_j[i]);
+    }
+    let used = v * v * v * most;
+    if used > split.j {
+        v *= Real::sqrt(split.j / used);
+    }
+    let felt = short.felt(v);
     // 1/A and 1/J of the joint that allows least.
     let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
     for (i, s) in slopes.iter().enumerate() {
         slow_a = slow_a.max(s.m1 / (scaled.a[i] - v * v * s.m2));
         // Half of what the curvature leaves of the jerk goes to 3 v A q''.
-        slow_a = slow_a.max(6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * s.m3));
+        let m3 = s.m3 + s.alone * felt;
+        slow_a = slow_a.max(6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * m3));
     }
     let a = 1.0 / slow_a;
     for (i, s) in slopes.iter().enumerate() {
@@ -204,8 +245,11 @@ pub(super) fn body<const N: usize>(
     let end = after.filter(|b| b.is_wide());
     let d = end.map_or(0.0, |b| b.d);
     let overlap = start.is_some() && end.is_some() && block.d + d > block.length;
-    // Within rounding of the length, no stretch has one hat alone.
-    let whole = block.length * 0.9999;
+    let mut short = Short::NONE;
+    if overlap {
+        short.stretch = 2.0 * block.length - d - block.d;
+        short.length = block.length;
+    }
     let mut slopes = [Slopes::default(); N];
     for (i, s) in slopes.iter_mut().enumerate() {
         let u = block.u[i];
@@ -225,17 +269,12 @@ pub(super) fn body<const N: usize>(
         }
         if overlap {
             s.m3 = Real::abs(second - first);
-            if d < whole {
-                s.m3 = s.m3.max(Real::abs(first));
-            }
-            if block.d < whole {
-                s.m3 = s.m3.max(Real::abs(second));
-            }
+            s.alone = Real::abs(first).max(Real::abs(second));
         } else {
             s.m3 = Real::abs(first).max(Real::abs(second));
         }
     }
-    limit(scaled, &slopes, SMOOTH, 1.0)
+    limit(scaled, &slopes, short, SMOOTH, 1.0)
 }
 
 /// Limits of the zone at the start of `block`; `before` is the block before it (with the direction `further` before
@@ -274,6 +313,7 @@ pub(super) fn zone<const N: usize>(
     limit(
         scaled,
         &slopes,
+        Short::NONE,
         split,
         if split.j > 0.8 { 1.04 } else { 1.0 },
     )

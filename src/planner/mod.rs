@@ -68,6 +68,10 @@ const GROWTH: f32 = 1.5;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
 const SLOWEST: f32 = 1.0e-9;
 
+/// Time from one sample to the next [s].
+pub const SAMPLE_TIME: f32 = 1.0e-3;
+pub const SAMPLES_PER_SECOND: u32 = 1000;
+
 /// Commanded position of each joint at the end of the next millisecond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample<const N: usize> {
@@ -258,6 +262,7 @@ impl<const N: usize> Planner<N> {
         if !self.run() && self.at_rest && self.trim.is_settled() {
             return None;
         }
+        self.safe = self.runner.safe_vertex(&self.plan());
         self.counters.samples = self.counters.samples.wrapping_add(1);
         self.counters.squeezed = self.runner.squeezed;
         let rests = self.runner.is_resting() && self.trim.is_settled();
@@ -290,6 +295,21 @@ impl<const N: usize> Planner<N> {
         self.ring.len()
     }
 
+    /// Blocks that could be pushed now.
+    pub fn room(&self) -> usize {
+        CAPACITY - self.ring.len()
+    }
+
+    /// Whether a push may find no room.
+    pub fn is_full(&self) -> bool {
+        self.ring.is_full()
+    }
+
+    /// Where the path ends [steps], trim not included.
+    pub fn end(&self) -> [i32; N] {
+        self.tail
+    }
+
     /// No block waits.
     pub fn is_empty(&self) -> bool {
         self.ring.len() == 0
@@ -301,6 +321,12 @@ impl<const N: usize> Planner<N> {
 
     pub fn limits(&self) -> &Limits<N> {
         &self.limits
+    }
+
+    /// New limits, for blocks pushed from now on.
+    pub fn set_limits(&mut self, limits: Limits<N>) {
+        self.limits = limits;
+        self.scaled = Scaled::new(&self.limits, 1.0 - self.trim_share);
     }
 
     /// Feed hold: slows down along the path at once and rests on it; [`Planner::resume`] goes on.
@@ -671,7 +697,6 @@ impl<const N: usize> Planner<N> {
         if self.planned != self.wanted {
             self.adopt_override();
         }
-        self.safe = self.runner.safe_vertex(&self.plan());
     }
 
     /// A cruise is decided anew; a ramp down that the plan no longer asks for is cut short.

@@ -10,7 +10,6 @@
 //! Decisions are taken without acceleration only. Taking a planned ramp down early is always safe; so are a ramp up that
 //! ends early and any slowing that leaves the next planned ramp its room.
 
-extern crate std;
 use super::block::Span;
 use super::look_ahead::{self, Factors, Target, adjacent, beyond};
 use super::profile::{self, Ramp, TICK};
@@ -205,9 +204,8 @@ impl Runner {
         // A ramp that ends on a border does not reach into what begins there.
         for i in plan.locate(self.x)..=plan.locate(end - 1) {
             let Some(span) = plan.ring.span(i) else { break };
-            let within = ramp.is_none_or(|r| {
-                r.acceleration <= span.a * 1.001 && r.jerk <= span.j * 1.001
-            });
+            let within =
+                ramp.is_none_or(|r| r.acceleration <= span.a * 1.001 && r.jerk <= span.j * 1.001);
             if span.length > 0.0 && (most > span.v * 1.001 || !within) {
                 return false;
             }
@@ -357,7 +355,6 @@ impl Runner {
             }
             // Rounding of a ramp down may pass the end by a bit; nothing lies behind it.
             if self.v > 1 << 24 {
-                std::eprintln!("OVERRUN");
                 self.squeezed = self.squeezed.wrapping_add(1);
             }
             if !matches!(self.mode, Mode::Ramp(_)) || self.x > head.bits + NEAR {
@@ -464,7 +461,6 @@ impl Runner {
             let needed = profile::length_of(at - start);
             let given = profile::length_of(at - self.x);
             if given < needed * (1.0 - 1.0e-4) {
-                std::eprintln!("SQUEEZE v {v} i {i} way {way} needed {needed} given {given} target {target:?} cap {} span {:?} next {:?}", plan.cap(i), plan.ring.span(i), plan.ring.span(i+1));
                 self.squeezed = self.squeezed.wrapping_add(1);
             }
             if given <= 0.0 {

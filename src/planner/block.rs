@@ -88,7 +88,8 @@ pub(super) struct Block<const N: usize> {
     /// Programmed speed [length/ms]; infinite for a rapid.
     pub nominal: f32,
     pub rapid: bool,
-    /// Contour tolerance [length].
+    /// Contour tolerance [length]: as set, and what of it rounding may use.
+    pub asked: f32,
     pub tolerance: f32,
     /// Half-width of the hat at its start; 0: a full stop.
     pub d: f32,
@@ -111,6 +112,7 @@ impl<const N: usize> Block<N> {
         duration: 0.0,
         nominal: 0.0,
         rapid: true,
+        asked: 0.0,
         tolerance: 0.0,
         d: 0.0,
         z: 0.0,
@@ -136,8 +138,8 @@ struct Slopes {
     alone: f32,
 }
 
-/// How much of such a stretch a sample feels at speed v: `alone` counts `min(1, short (3/4v + 1/length))` times. A third
-/// difference is a mean over 3 ms, with a weight of 3/4 in its middle; shorter blocks bring one such stretch each.
+/// How much of such a stretch a sample feels at speed v: `alone` counts `min(1, stretch (1/v + 1/length))` times. A third
+/// difference is a mean over 3 ms, with a weight of 3/4 in its middle (and something on the safe side); shorter blocks bring one such stretch each.
 #[derive(Clone, Copy)]
 struct Short {
     stretch: f32,
@@ -151,7 +153,7 @@ impl Short {
     };
 
     fn felt(&self, v: f32) -> f32 {
-        (self.stretch * (0.75 / v + 1.0 / self.length)).min(1.0)
+        (self.stretch * (1.0 / v + 1.0 / self.length)).min(1.0)
     }
 }
 

@@ -14,10 +14,11 @@ use super::limits::Scaled;
 use super::ramp;
 use crate::math::Real;
 
-/// Share of the tolerance that the rounding of vertices may use; the rest belongs to the merging of blocks.
-pub(super) const BLEND_SHARE: f32 = 0.6;
 /// Deviation that is none: a thousandth of a step of the coarsest joint.
 const NOTHING: f32 = 1.0e-3;
+/// A narrow blend and a wide one must save this share of the time, for the other ends of their blocks are guessed.
+const DOUBT: f32 = 0.005;
+const WIDE_DOUBT: f32 = 0.25;
 /// Turn up to which ramps run through a narrow zone, about 17 degrees.
 const GENTLE: f32 = 0.3;
 
@@ -46,7 +47,7 @@ pub(super) fn decide<const N: usize>(
         return;
     }
     let turn = turn(weight, &before.u, &block.u);
-    let tolerance = before.tolerance.min(block.tolerance) * BLEND_SHARE;
+    let tolerance = before.tolerance.min(block.tolerance);
     let deviation = 6.0 * tolerance.max(NOTHING);
     let (l1, l2) = (before.length, block.length);
     let shorter = l1.min(l2);
@@ -123,6 +124,7 @@ fn stop_is_sooner<const N: usize>(
     if wide {
         zone.v *= 0.79;
     }
+    let doubt = if wide { WIDE_DOUBT } else { DOUBT };
     let mut gain = 0.0;
     for side in [before, block] {
         // Straight, as if its other end were alike.
@@ -138,7 +140,8 @@ fn stop_is_sooner<const N: usize>(
         };
         let half = 0.5 * side.length;
         let held = if wide { half } else { block.d };
-        gain += time(0.0, half) - time(slow, half - held) - held / slow;
+        let stopping = time(0.0, half);
+        gain += stopping * (1.0 - doubt) - time(slow, half - held) - held / slow;
     }
     gain <= 0.0
 }

@@ -6,7 +6,7 @@
 //!     |  block       direction and length of the block; what every joint allows along it
 //!     |  junction    the vertex before it: rounded through whole blocks, in a narrow zone, or a stop
 //!     v  look_ahead  backward: highest speed at which each span may be entered
-//!  ---- ring of 96 blocks ----
+//!  ---- ring of 88 blocks ----
 //!     |  run         cruise, ramp up, ramp down; hold, override, stop
 //!     |  profile     s(t) on integers, jerk-limited, every ramp's distance exact before it starts
 //!     |  trace       s -> joints: polygon and rounding, exact at every vertex that rests
@@ -59,12 +59,14 @@ use run::{Passed, Plan, Runner, SAMPLE, Wish};
 use trace::Trace;
 use trim::Trim;
 
-/// Share of the tolerance for the merging of chords; rounding has the rest.
-const MERGE_SHARE: f32 = 1.0 - junction::BLEND_SHARE;
+/// Share of the tolerance for the merging of chords; rounding has the rest, and all of it where nothing is merged.
+const MERGE_SHARE: f32 = 0.4;
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
-/// A merged block may be longer than the one before it by this factor.
-const GROWTH: f32 = 1.5;
+/// Merged chords grow by this factor from one to the next while the tolerance lets them.
+const GROWTH: f32 = 1.1;
+/// What they keep of the length at which the tolerance cut one.
+const ROOM: f32 = 0.95;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
 const SLOWEST: f32 = 1.0e-9;
 
@@ -115,7 +117,7 @@ pub struct Counters {
     pub samples: u32,
     /// Times that the path ran out and the joints came to rest.
     pub rests: u32,
-    /// Ramps that had to be steeper than the limits. Stays 0.
+    /// Ramps that had to be more than a hundredth steeper than the limits. Stays 0.
     pub squeezed: u32,
     /// Ramps down that an arriving block cut short.
     pub eased: u32,
@@ -154,6 +156,8 @@ pub struct Planner<const N: usize> {
     /// Start of the newest block, and what its chords allow.
     anchor: [i32; N],
     cone: Option<Cone<N>>,
+    /// Length up to which chords of a curve are merged.
+    chord: f32,
     /// Standstill before the next block [ms].
     dwell: u32,
     trim: Trim<N>,
@@ -184,6 +188,7 @@ impl<const N: usize> Planner<N> {
             tail: start,
             anchor: start,
             cone: None,
+            chord: f32::INFINITY,
             dwell: 0,
             trim: Trim::new(),
             trim_share: 0.0,
@@ -507,6 +512,7 @@ impl<const N: usize> Planner<N> {
                 (length / milliseconds).max(SLOWEST)
             },
             rapid,
+            asked: self.path.tolerance() * self.unit,
             tolerance: self.path.tolerance() * self.unit,
             ..Block::EMPTY
         })
@@ -528,21 +534,23 @@ impl<const N: usize> Planner<N> {
             return false;
         };
         let same = old.rapid == chord.rapid
-            && old.tolerance == chord.tolerance
+            && old.asked == chord.asked
             && (chord.rapid
                 || (old.nominal < SAME_SPEED * chord.nominal
                     && chord.nominal < SAME_SPEED * old.nominal));
         if !same {
             return false;
         }
-        // Chords of like length have the smoothest curve through them.
-        if let Some(before) = n.checked_sub(2).and_then(|b| self.ring.get(b))
-            && !old.stop
-            && junction::is_gentle(&self.weight, before, old)
-            && old.length + chord.length > GROWTH * before.length
-        {
+        // Chords of like length have the smoothest curve through them: each as long as the one before, and a little more,
+        // with some room below the length at which the tolerance would cut them.
+        let before = n.checked_sub(2).and_then(|b| self.ring.get(b));
+        let curve =
+            !old.stop && before.is_some_and(|b| junction::is_gentle(&self.weight, b, old));
+        if curve && old.length + 0.5 * chord.length > self.chord {
+            self.chord *= GROWTH;
             return false;
         }
+        let smooth = junction::is_gentle(&self.weight, old, chord);
         let weighted = |from: &[i32; N]| {
             let mut p = [0.0f32; N];
             for i in 0..N {
@@ -560,6 +568,11 @@ impl<const N: usize> Planner<N> {
             Cone::new(&p, tolerance)
         });
         let Some(cone) = first.extended(&whole, &last, tolerance) else {
+            self.chord = if smooth {
+                ROOM * old.length
+            } else {
+                f32::INFINITY
+            };
             return false;
         };
         let start = self.anchor.map(|p| i64::from(p) << 32);
@@ -567,6 +580,7 @@ impl<const N: usize> Planner<N> {
         let Ok(mut block) = self.block(&start, target, duration) else {
             return false;
         };
+        block.tolerance = block.asked * (1.0 - MERGE_SHARE);
         block.stop = old.stop;
         block.dwell = old.dwell;
         self.cone = Some(cone);
@@ -671,6 +685,7 @@ impl<const N: usize> Planner<N> {
         {
             self.runner.ease();
             self.counters.eased = self.counters.eased.wrapping_add(1);
+            self.safe = self.runner.safe_vertex(&self.plan());
             return;
         }
         if self.runner.fits(&plan, None) {
@@ -715,6 +730,7 @@ impl<const N: usize> Planner<N> {
             self.runner.ease();
             self.counters.eased = self.counters.eased.wrapping_add(1);
         }
+        self.safe = self.runner.safe_vertex(&self.plan());
     }
 
     fn halt(&mut self) {

@@ -2,8 +2,8 @@
 
 use super::block::{Block, Span};
 
-/// Blocks in the look-ahead. motion.md asks for 64; 96 of them with six joints take 16 KiB.
-pub const CAPACITY: usize = 96;
+/// Blocks in the look-ahead. motion.md asks for 64; 88 of them with six joints take 16 KiB.
+pub const CAPACITY: usize = 88;
 
 /// Spans are numbered from the head: span 2k is the zone at the start of block k, 2k + 1 its body.
 pub(super) struct Ring<const N: usize> {

@@ -134,7 +134,7 @@ struct Slopes {
     m1: f32,
     m2: f32,
     m3: f32,
-    /// `|q'''|` where one of two hats is alone, for a stretch that may be far shorter than a sample.
+    /// What comes to `|q'''|` where one of two hats is alone, for a stretch that may be far shorter than a sample.
     alone: f32,
 }
 
@@ -225,7 +225,8 @@ fn limit<const N: usize>(
     }
     let a = 1.0 / slow_a;
     for (i, s) in slopes.iter().enumerate() {
-        slow_j = slow_j.max(s.m1 / (scaled.j[i] * spare - v * v * v * s.m3 - 3.0 * v * a * s.m2));
+        let m3 = s.m3 + s.alone * felt;
+        slow_j = slow_j.max(s.m1 / (scaled.j[i] * spare - v * v * v * m3 - 3.0 * v * a * s.m2));
     }
     // A rise of less than a sixteenth of a sample is none (and keeps the integers of profile.rs in range).
     let j = (1.0 / slow_j).min(16.0 * a);
@@ -271,7 +272,7 @@ pub(super) fn body<const N: usize>(
         }
         if overlap {
             s.m3 = Real::abs(second - first);
-            s.alone = Real::abs(first).max(Real::abs(second));
+            s.alone = (Real::abs(first).max(Real::abs(second)) - s.m3).max(0.0);
         } else {
             s.m3 = Real::abs(first).max(Real::abs(second));
         }

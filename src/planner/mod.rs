@@ -544,8 +544,7 @@ impl<const N: usize> Planner<N> {
         // Chords of like length have the smoothest curve through them: each as long as the one before, and a little more,
         // with some room below the length at which the tolerance would cut them.
         let before = n.checked_sub(2).and_then(|b| self.ring.get(b));
-        let curve =
-            !old.stop && before.is_some_and(|b| junction::is_gentle(&self.weight, b, old));
+        let curve = !old.stop && before.is_some_and(|b| junction::is_gentle(&self.weight, b, old));
         if curve && old.length + 0.5 * chord.length > self.chord {
             self.chord *= GROWTH;
             return false;

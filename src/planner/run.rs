@@ -129,6 +129,36 @@ impl<const N: usize> Plan<'_, N> {
         )
     }
 
+    /// The nearest span whose start a ramp from `v`, `way` before the end of span `i`, can reach at a speed fit for it.
+    /// Roots know the best ramps from the borders of spans; this finds the others.
+    fn descent(&self, i: usize, mut way: f32, v: f32) -> Option<Target> {
+        let mut span = self.ring.span(i)?;
+        let (mut a, mut j) = (span.a, span.j);
+        for m in i + 1.. {
+            let next = self.ring.span(m);
+            let w = next.map_or(0.0, |n| n.entry);
+            if v > w && ramp::distance(v, w, a, j) <= way {
+                return Some(Target {
+                    span: (m - i) as u16,
+                    way,
+                    speed: w,
+                    a,
+                    j,
+                    cap: v,
+                });
+            }
+            let next = next?;
+            if !span.through || !next.through || v > next.v * 1.001 {
+                return None;
+            }
+            a = a.min(next.a);
+            j = j.min(next.j);
+            way += next.length;
+            span = next;
+        }
+        None
+    }
+
     /// Whether speed `v` without acceleration at `x` leaves room for all that follows.
     pub fn is_feasible(&self, x: i64, v: f32) -> bool {
         let i = self.locate(x);
@@ -137,11 +167,12 @@ impl<const N: usize> Plan<'_, N> {
         }
         let way = profile::length_of(self.start(i + 1) - x);
         let (near, far) = self.targets(i, way);
-        [near, far].into_iter().flatten().any(|t| {
+        let by_root = [near, far].into_iter().flatten().any(|t| {
             v <= t.speed
                 || ramp::distance(v, t.speed, t.a, t.j) <= t.way * 0.999
                     && v <= t.cap.max(0.0) * 1.01
-        })
+        });
+        by_root || self.descent(i, way * 0.999, v).is_some()
     }
 }
 
@@ -442,7 +473,15 @@ impl Runner {
         }
         let (near, far) = plan.targets(i, way);
         let mut best: Option<(i64, i64, Target)> = None;
-        for target in [near, far].into_iter().flatten() {
+        let other = || match [near, far]
+            .iter()
+            .flatten()
+            .any(|t| v <= t.speed || ramp::distance(v, t.speed, t.a, t.j) <= t.way)
+        {
+            true => None,
+            false => plan.descent(i, way, v),
+        };
+        for target in [near, far, other()].into_iter().flatten() {
             let w = profile::speed_bits(target.speed);
             let needed = if self.v > w {
                 Ramp::way(self.v, w, target.a, target.j)

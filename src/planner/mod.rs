@@ -151,6 +151,8 @@ pub struct Planner<const N: usize> {
     safe: usize,
     /// First span that has changed since the last backward pass.
     changed: Option<usize>,
+    /// The plan has changed since the motion was last decided.
+    stale: bool,
     /// Where the path ends [steps].
     tail: [i32; N],
     /// Start of the newest block, and what its chords allow.
@@ -185,6 +187,7 @@ impl<const N: usize> Planner<N> {
             wanted: Factors::ONE,
             safe: 0,
             changed: None,
+            stale: false,
             tail: start,
             anchor: start,
             cone: None,
@@ -698,14 +701,15 @@ impl<const N: usize> Planner<N> {
 
     fn backward(&mut self) {
         if let Some(changed) = self.changed.take() {
+            self.stale = true;
             look_ahead::plan(&mut self.ring, &self.planned, 0, changed);
         }
     }
 
     /// Brings plan and motion up to date with what was pushed and asked for since the last sample.
     fn replan(&mut self) {
-        if self.changed.is_some() {
-            self.backward();
+        self.backward();
+        if self.stale {
             self.look_again();
         }
         if self.planned != self.wanted {
@@ -715,6 +719,7 @@ impl<const N: usize> Planner<N> {
 
     /// A cruise is decided anew; a ramp down that the plan no longer asks for is cut short.
     fn look_again(&mut self) {
+        self.stale = false;
         let wish = self.wish();
         if let run::Mode::Cruise { .. } = self.runner.mode {
             let mut runner = self.runner;

@@ -18,6 +18,8 @@ use super::ring::Ring;
 
 /// A change of speed below this share is not worth a ramp.
 const WORTH: f32 = 2.0e-3;
+/// A limit passed by less than this factor is kept.
+const USABLE: f32 = 1.002;
 /// Events within one millisecond before the rest is left to the next one.
 const MOST_EVENTS: usize = 400;
 /// Lengths below this are none (2^-20).
@@ -167,11 +169,10 @@ impl<const N: usize> Plan<'_, N> {
         }
         let way = profile::length_of(self.start(i + 1) - x);
         let (near, far) = self.targets(i, way);
-        let by_root = [near, far].into_iter().flatten().any(|t| {
-            v <= t.speed
-                || ramp::distance(v, t.speed, t.a, t.j) <= t.way * 0.999
-                    && v <= t.cap.max(0.0) * 1.01
-        });
+        let by_root = [near, far.filter(|t| v <= t.cap * USABLE)]
+            .into_iter()
+            .flatten()
+            .any(|t| v <= t.speed || ramp::distance(v, t.speed, t.a, t.j) <= t.way * 0.999);
         by_root || self.descent(i, way * 0.999, v).is_some()
     }
 }
@@ -471,17 +472,17 @@ impl Runner {
             self.cruise(end);
             return;
         }
+        // On the way to a root no span's own limit may be passed, and nothing here asks for more speed.
         let (near, far) = plan.targets(i, way);
+        let far = far.filter(|t| v <= t.cap * USABLE && t.speed < v);
         let mut best: Option<(i64, i64, Target)> = None;
-        let other = || match [near, far]
-            .iter()
-            .flatten()
-            .any(|t| v <= t.speed || ramp::distance(v, t.speed, t.a, t.j) <= t.way)
-        {
-            true => None,
-            false => plan.descent(i, way, v),
+        let fits = |t: &Target| ramp::distance(v, t.speed, t.a, t.j) <= t.way;
+        let other = if [near, far].iter().flatten().any(fits) {
+            None
+        } else {
+            plan.descent(i, way, v)
         };
-        for target in [near, far, other()].into_iter().flatten() {
+        for target in [near, far, other].into_iter().flatten() {
             let w = profile::speed_bits(target.speed);
             let needed = if self.v > w {
                 Ramp::way(self.v, w, target.a, target.j)
@@ -575,10 +576,9 @@ impl Runner {
         let after = self.x + Ramp::way(self.v, w_bits, a, j);
         if w > 0.0 && w < v && !plan.is_feasible(after, w) {
             let (near, far) = plan.targets(i, way);
-            let fitting = [far, near]
-                .into_iter()
-                .flatten()
-                .find(|t| t.speed < v && ramp::distance(v, t.speed, t.a, t.j) <= t.way);
+            let fitting = [far, near].into_iter().flatten().find(|t| {
+                t.speed < v && v <= t.cap * USABLE && ramp::distance(v, t.speed, t.a, t.j) <= t.way
+            });
             let bound = plan.ring.span(i + 1).is_none_or(|n| v > n.entry);
             match fitting {
                 Some(t) if bound => self.ramp_to(t.speed, t.a, t.j),

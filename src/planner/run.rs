@@ -547,7 +547,8 @@ impl Runner {
         let mut k = i + 1;
         while ramp::distance(v, w, a, j) > reach {
             match plan.ring.span(k) {
-                Some(next) if through && next.through => {
+                // Only what may be entered at this speed may be crossed while slowing down gently.
+                Some(next) if through && next.through && v <= next.v * USABLE => {
                     a = a.min(next.a);
                     j = j.min(next.j);
                     reach += next.length;
@@ -555,7 +556,7 @@ impl Runner {
                     k += 1;
                 }
                 Some(next) => {
-                    // A corner at constant speed lies ahead: as slow as may be until there, but not crawling.
+                    // A corner lies ahead, at constant speed or a lower one: as slow as may be until there, but not crawling.
                     w = ramp::slowest(reach, v, a, j)
                         .max(w)
                         .max(0.3 * next.entry.min(v));

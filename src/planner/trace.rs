@@ -14,14 +14,47 @@ pub(super) struct Trace<const N: usize> {
     pub before: Option<[f32; N]>,
 }
 
-/// (d - x)^3 / (6 d^2) for x < d, else 0; lengths in bits.
-fn bulge(d: f32, x: i64) -> f32 {
-    let left = d - profile::length_of(x);
-    if left <= 0.0 || d <= 0.0 {
-        return 0.0;
+/// A half-width and its inverse, as integers: what is rounded here only scales the hat, alike at every sample.
+struct Hat {
+    d: i64,
+    /// 2^48 / d.
+    inverse: u64,
+}
+
+impl Hat {
+    fn new(d: f32) -> Self {
+        Self {
+            d: profile::length_bits(d),
+            inverse: if d > 0.0 {
+                (281_474_976_710_656.0 / d) as u64
+            } else {
+                0
+            },
+        }
     }
-    let share = left / d;
-    share * share * left * (1.0 / 6.0)
+
+    /// (d - x)^3 / (6 d^2) for x < d, else 0; lengths in bits. No float: its rounding would be a jerk of its own.
+    fn bulge(&self, x: i64) -> i64 {
+        let left = self.d - x;
+        if left <= 0 {
+            return 0;
+        }
+        // left / d as Q0.32, its square, and the cube times d (below 2^63 since left is).
+        let share = ((left as u128 * u128::from(self.inverse)) >> 48) as u64;
+        let share = share.min(1 << 32);
+        let square = ((u128::from(share) * u128::from(share)) >> 32) as u64;
+        ((left as u128 * u128::from(square)) >> 32) as i64 / 6
+    }
+}
+
+/// Direction as 2^-40 step per length.
+fn direction_bits(u: f32) -> i64 {
+    (u * 1_099_511_627_776.0) as i64
+}
+
+/// Way along a direction [2^-32 step].
+fn along(direction: i64, x: i64) -> i64 {
+    ((i128::from(direction) * i128::from(x)) >> 40) as i64
 }
 
 impl<const N: usize> Trace<N> {
@@ -59,21 +92,21 @@ impl<const N: usize> Trace<N> {
     pub fn position(&self, x: i64, head: &Block<N>, next: Option<&Block<N>>) -> [i64; N] {
         let mut q = self.base;
         for i in 0..N {
-            q[i] += ((i128::from(self.direction[i]) * i128::from(x)) >> 40) as i64;
+            q[i] += along(self.direction[i], x);
         }
-        let start = bulge(head.d, x);
-        if start > 0.0
+        let start = Hat::new(head.d).bulge(x);
+        if start > 0
             && let Some(before) = &self.before
         {
             for i in 0..N {
-                q[i] += profile::length_bits((head.u[i] - before[i]) * start);
+                q[i] += along(direction_bits(head.u[i] - before[i]), start);
             }
         }
         if let Some(next) = next {
-            let end = bulge(next.d, head.bits - x);
-            if end > 0.0 {
+            let end = Hat::new(next.d).bulge(head.bits - x);
+            if end > 0 {
                 for i in 0..N {
-                    q[i] += profile::length_bits((next.u[i] - head.u[i]) * end);
+                    q[i] += along(direction_bits(next.u[i] - head.u[i]), end);
                 }
             }
         }

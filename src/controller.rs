@@ -11,6 +11,7 @@ use crate::machines::drill_grinder::DrillGrinder;
 use crate::path::{DrillPath, PathError, Scale};
 use crate::planner::{Planner, Sample};
 use crate::program::DrillWords;
+use crate::program::words::Decimal;
 use crate::protocol::report::{self, State};
 use crate::protocol::system::{self, Command};
 use crate::protocol::{LineReader, RealTime};
@@ -450,7 +451,8 @@ impl<'a, B: Board> Controller<'a, B> {
             }
             Command::Settings => {
                 for (number, value) in self.settings.all() {
-                    self.answers.line(format_args!("${number}={value}"));
+                    self.answers
+                        .line(format_args!("${number}={}", Decimal(value)));
                 }
             }
             Command::Set { number, value } => self.set(number, value)?,
@@ -606,7 +608,9 @@ impl<'a, B: Board> Controller<'a, B> {
                 let lower = self.settings.get(1040 + joint as u16).unwrap_or_default();
                 let upper = self.settings.get(1050 + joint as u16).unwrap_or_default();
                 self.answers.line(format_args!(
-                    "[MSG:OutOfTravel joint {joint}: travel is {lower} to {upper}, see ${} and ${}]",
+                    "[MSG:OutOfTravel joint {joint}: travel is {} to {}, see ${} and ${}]",
+                    Decimal(lower),
+                    Decimal(upper),
                     1040 + joint,
                     1050 + joint
                 ));

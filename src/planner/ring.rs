@@ -1,0 +1,84 @@
+//! The blocks of the look-ahead, oldest first, in a fixed array.
+
+use super::block::{Block, Span};
+
+/// Blocks in the look-ahead. motion.md asks for 64; 88 of them with six joints take 16 KiB.
+pub const CAPACITY: usize = 88;
+
+/// Spans are numbered from the head: span 2k is the zone at the start of block k, 2k + 1 its body.
+pub(super) struct Ring<const N: usize> {
+    blocks: [Block<N>; CAPACITY],
+    head: usize,
+    len: usize,
+}
+
+impl<const N: usize> Ring<N> {
+    pub const fn new() -> Self {
+        Self {
+            blocks: [Block::EMPTY; CAPACITY],
+            head: 0,
+            len: 0,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.len == CAPACITY
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    pub fn get(&self, k: usize) -> Option<&Block<N>> {
+        if k >= self.len {
+            return None;
+        }
+        self.blocks.get((self.head + k) % CAPACITY)
+    }
+
+    pub fn get_mut(&mut self, k: usize) -> Option<&mut Block<N>> {
+        if k >= self.len {
+            return None;
+        }
+        self.blocks.get_mut((self.head + k) % CAPACITY)
+    }
+
+    /// Nothing happens when full: the caller has looked.
+    pub fn push(&mut self, block: Block<N>) {
+        if self.len < CAPACITY {
+            self.len += 1;
+            if let Some(last) = self.get_mut(self.len - 1) {
+                *last = block;
+            }
+        }
+    }
+
+    pub fn pop(&mut self) {
+        if self.len > 0 {
+            self.head = (self.head + 1) % CAPACITY;
+            self.len -= 1;
+        }
+    }
+
+    pub fn span(&self, i: usize) -> Option<&Span> {
+        let block = self.get(i / 2)?;
+        Some(if i.is_multiple_of(2) {
+            &block.zone
+        } else {
+            &block.body
+        })
+    }
+
+    pub fn span_mut(&mut self, i: usize) -> Option<&mut Span> {
+        let block = self.get_mut(i / 2)?;
+        Some(if i.is_multiple_of(2) {
+            &mut block.zone
+        } else {
+            &mut block.body
+        })
+    }
+}

@@ -120,7 +120,7 @@ fn run_line<const N: usize>(line: CountLine<N>, timing: Timing) -> (Vec<u8>, [i3
         while !line.feed(segmenter, sender) {
             bench.tick();
         }
-        while sender.len() > 0 {
+        while !sender.is_empty() {
             bench.tick();
         }
         for _ in 0..3 {
@@ -316,7 +316,7 @@ impl<const N: usize> Path<N> {
         let parts = std::array::from_fn(|_| {
             std::array::from_fn(|_| {
                 let w = 2.0 + 30.0 * random();
-                (top_rate * random() / 3.0 / w, w, 6.28 * random())
+                (top_rate * random() / 3.0 / w, w, core::f64::consts::TAU * random())
             })
         });
         Self { parts, seconds }
@@ -356,7 +356,7 @@ fn run_samples<const N: usize>(
                 assert!(tries < 10, "never arrives");
             }
         }
-        while sender.len() > 0 {
+        while !sender.is_empty() {
             bench.tick();
         }
         bench.tick();
@@ -604,7 +604,7 @@ fn a_latch_tells_the_positions_of_its_tick_and_a_stop_leaves_no_step_behind() {
             assert!(shared.is_halted());
             let stopped = shared.latched().unwrap();
             let steps = bench.pins.steps.len();
-            while sender.len() > 0 {
+            while !sender.is_empty() {
                 bench.tick();
             }
             shared.release();

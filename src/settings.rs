@@ -203,7 +203,7 @@ impl Settings {
 
     /// Times of the drivers, for a step timer of `hz` counts per second.
     pub fn timing(&self, hz: u32) -> Timing {
-        let ns = |row: usize| (self.values[row][0] * 1000.0).round() as u32;
+        let ns = |row: usize| Real::round(self.values[row][0] * 1000.0) as u32;
         Timing::from_ns(hz, ns(PULSE), ns(SETUP), ns(HOLD), self.step_mode())
     }
 
@@ -248,8 +248,9 @@ impl Settings {
     pub fn travel(&self) -> ([i32; AXES], [i32; AXES]) {
         let steps = self.values[STEPS];
         // Casts saturate, which is what an end beyond the counter means.
-        let at =
-            |row: usize| core::array::from_fn(|i| (self.values[row][i] * steps[i]).round() as i32);
+        let at = |row: usize| {
+            core::array::from_fn(|i| Real::round(self.values[row][i] * steps[i]) as i32)
+        };
         (at(LOWER), at(UPPER))
     }
 }

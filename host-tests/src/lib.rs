@@ -7,6 +7,7 @@ pub mod export;
 pub mod files;
 pub mod job;
 pub mod machine;
+pub mod mirror;
 pub mod pins;
 pub mod plot;
 pub mod reference;

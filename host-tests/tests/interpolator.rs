@@ -316,7 +316,11 @@ impl<const N: usize> Path<N> {
         let parts = std::array::from_fn(|_| {
             std::array::from_fn(|_| {
                 let w = 2.0 + 30.0 * random();
-                (top_rate * random() / 3.0 / w, w, core::f64::consts::TAU * random())
+                (
+                    top_rate * random() / 3.0 / w,
+                    w,
+                    std::f64::consts::TAU * random(),
+                )
             })
         });
         Self { parts, seconds }

@@ -3,3 +3,5 @@
 //! A cycle's parameters are checked when it is built, so iterating cannot fail, and a copy can be walked for checking.
 
 pub mod drill_point;
+pub mod mirror_trim;
+pub mod precession;

@@ -15,7 +15,7 @@ pub fn plan<const N: usize, const B: usize>(
     let mut exit = 0f32;
     for block in blocks.iter_mut().rev().take(count.saturating_sub(1)) {
         block.exit = exit;
-        let reachable = (exit * exit + 2.0 * block.acceleration * block.length).sqrt();
+        let reachable = Real::sqrt(exit * exit + 2.0 * block.acceleration * block.length);
         block.entry = Real::min(block.entry_limit, reachable);
         exit = block.entry;
     }
@@ -26,7 +26,7 @@ pub fn plan<const N: usize, const B: usize>(
         }
         let length = if i == 0 { left } else { block.length };
         block.entry = Real::min(block.entry, entry);
-        let reachable = (entry * entry + 2.0 * block.acceleration * length).sqrt();
+        let reachable = Real::sqrt(entry * entry + 2.0 * block.acceleration * length);
         block.exit = Real::min(block.exit, reachable);
         entry = block.exit;
     }

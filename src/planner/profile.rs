@@ -60,7 +60,7 @@ impl<const N: usize> Run<N> {
             // The equation of the head, solved for w.
             let square =
                 half * half + block.exit * block.exit + 2.0 * a * left - a * self.speed * time;
-            let braked = Real::max(square, 0.0).sqrt() - half;
+            let braked = Real::sqrt(Real::max(square, 0.0)) - half;
             let goal = Real::min(
                 Real::min(self.speed + a * time, block.nominal),
                 Real::max(braked, 0.0),

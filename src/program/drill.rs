@@ -107,7 +107,7 @@ impl DrillWords {
     pub fn build(&self) -> Result<(Cycle<f32>, DrillGrinder<f32>), Refusal> {
         let [d, w, p, c, r, f, s, a, b, n, k, e, o, h, q, v, i, l, m] = self.0;
         let count = |value: f32, name| {
-            let whole = (0.0..=10_000.0).contains(&value) && value == value.floor();
+            let whole = (0.0..=10_000.0).contains(&value) && value == Real::floor(value);
             whole.then_some(value as u32).ok_or(Refusal::NotWhole(name))
         };
         let drill = Drill {

@@ -36,7 +36,7 @@ pub fn status(
         let value = positions[i].to_num::<f64>() / f64::from(steps_per_unit[i]);
         let comma = if i == 0 { "" } else { "," };
         // Rounded first, so that a hair below zero does not read -0.000.
-        let thousandths = (value * 1000.0).round() as i64;
+        let thousandths = Real::round(value * 1000.0) as i64;
         let sign = if thousandths < 0 { "-" } else { "" };
         let size = thousandths.unsigned_abs();
         write!(out, "{comma}{sign}{}.{:03}", size / 1000, size % 1000)?;

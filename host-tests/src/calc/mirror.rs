@@ -2,6 +2,8 @@
 //!
 //! Source: specification of mirror milling, sections 2 to 4.
 
+pub mod trim;
+
 use super::answer::number;
 use super::machine::{CHAIN, Machine, bad_direction, fixed, non_finite};
 use super::schema::{NUMBERS, VECTOR};

@@ -18,6 +18,7 @@ mod five_axis;
 mod interp;
 mod machine;
 mod mirror;
+mod precession;
 pub mod request;
 pub mod schema;
 
@@ -37,6 +38,8 @@ const TOPICS: &[&[Function]] = &[
     arm::FUNCTIONS,
     chain::FUNCTIONS,
     mirror::FUNCTIONS,
+    mirror::trim::FUNCTIONS,
+    precession::FUNCTIONS,
 ];
 
 /// One calculator.

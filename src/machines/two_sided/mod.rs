@@ -23,10 +23,12 @@
 pub mod direction;
 mod presets;
 mod side;
+mod trim;
 
 pub use direction::Kind;
 pub use presets::{m4, m4_1, m4_2, m5, m5_1, m5_2};
 pub use side::{Side, SideError, SideSolution, SideSolutions};
+pub use trim::Trim;
 
 use crate::geometry::twist::LEAST_DIRECTION;
 use crate::geometry::{Pose, Vector};

@@ -1,0 +1,10 @@
+//! Continuous precession: poses against the printed figures, against their definition, in single precision; refusals.
+//!
+//! Figures with a section number are those of the specification of continuous precession.
+
+mod common;
+mod definition;
+mod printed;
+mod refused;
+mod single;
+mod stream;

@@ -111,10 +111,9 @@ fn assert_equal_pulses(emulator: &mut Emulator, lines: &[&str]) -> Vec<Recording
             difference, None,
             "{line}: change, as in memory, as in the emulator"
         );
-        assert_eq!(
-            recording.most_stores_in_a_tick(),
-            1,
-            "stores to one port in a tick"
+        assert!(
+            recording.most_stores_in_a_tick() <= 1,
+            "{line}: more than one store to a port in a tick"
         );
     }
     assert_eq!(ask(emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);

@@ -16,7 +16,9 @@ use boards::MOTORS;
 use cortex_m_rt::entry;
 use fixed::types::I32F32;
 use hexstep::cycles::drill_point::{Cycle, Drill, Parameters, Solution};
-use hexstep::geometry::Pose;
+use hexstep::cycles::surface_grinding::{Contact, Grinding, Job};
+use hexstep::geometry::nurbs::{Nurbs, Section};
+use hexstep::geometry::{Pose, Vector};
 use hexstep::joints::Joints;
 use hexstep::kinematics::Kinematics;
 use hexstep::machines::drill_grinder::DrillGrinder;
@@ -57,6 +59,20 @@ fn bench_segment(
         .is_ok()
 }
 
+/// A point of a rational bicubic surface, its normal and its curvatures along a direction.
+#[inline(never)]
+#[unsafe(no_mangle)] // SAFETY: no other symbol has this name.
+fn bench_nurbs_eval(surface: &Nurbs<f32, 8, 7>, u: f32, v: f32) -> Option<Section<f32>> {
+    surface.shape(u, v).ok()?.along(1.0, 0.25)
+}
+
+/// The ellipse of contact.
+#[inline(never)]
+#[unsafe(no_mangle)] // SAFETY: no other symbol has this name.
+fn bench_hertz(grinding: &Grinding<f32>, section: &Section<f32>) -> Option<Contact<f32>> {
+    grinding.hertz.on(section).ok()
+}
+
 #[entry]
 fn main() -> ! {
     static mut SEGMENTS: SegmentQueue<MOTORS> = SegmentQueue::new();
@@ -78,6 +94,7 @@ fn main() -> ! {
     }
     drill_poses();
     segments(SEGMENTS, SEGMENTER);
+    surface();
     loop {
         cortex_m::asm::wfi();
     }
@@ -127,5 +144,40 @@ fn segments(
             panic!("the queue is full");
         }
         while receiver.dequeue().is_some() {}
+    }
+}
+
+/// Places all over a wavy part of 210 x 180 mm, and the contacts there.
+fn surface() {
+    let mut points = [Vector::ZERO; 56];
+    let mut weights = [1.0; 56];
+    for (i, (point, weight)) in (0u8..).zip(points.iter_mut().zip(&mut weights)) {
+        let (along, across) = (f32::from(i / 7), f32::from(i % 7));
+        let height = f32::from(i * 37 % 11);
+        *point = Vector::new(30.0 * along, 30.0 * across, height);
+        *weight = 1.0 + 0.02 * height;
+    }
+    let knots_u = [0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0];
+    let knots_v = [0.0, 0.0, 0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 1.0];
+    let surface = Nurbs::new([3, 3], [8, 7], [&knots_u, &knots_v], &points, &weights);
+    let (Ok(surface), Ok(grinding)) = (surface, Grinding::new(&Job::hard())) else {
+        panic!("no such surface");
+    };
+    for round in 0..ROUNDS as u8 {
+        let (u, v) = (f32::from(round % 8) / 7.0, f32::from(round / 8) / 7.0);
+        let section = bench_nurbs_eval(&surface, black_box(u), black_box(v));
+        let _ = black_box(section);
+    }
+    // Relative curvatures from 1 : 1.4 to 1 : 40, at all angles.
+    for round in 0..ROUNDS as u8 {
+        let (x, y) = (f32::from(round % 8) / 7.0, f32::from(round / 8) / 7.0);
+        let section = Section {
+            feed: Vector::X,
+            cross: Vector::Y,
+            k_f: 0.02 * x - 0.01,
+            k_c: 0.08 * y * y - 0.0175,
+            tau: 0.008 * (x - y),
+        };
+        let _ = black_box(bench_hertz(black_box(&grinding), black_box(&section)));
     }
 }

@@ -13,4 +13,5 @@ pub mod plot;
 pub mod reference;
 pub mod report;
 pub mod run;
+pub mod surface;
 pub mod trace;

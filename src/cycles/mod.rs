@@ -5,3 +5,4 @@
 pub mod drill_point;
 pub mod mirror_trim;
 pub mod precession;
+pub mod surface_grinding;

@@ -20,7 +20,7 @@ const DH_ROW: Kind = Kind::Object(&[
     Field::number("d", "mm", ""),
 ]);
 
-const ARM: Field = Field::new(
+pub(super) const ARM: Field = Field::new(
     "arm",
     Kind::Preset(
         &["er3b"],
@@ -137,13 +137,14 @@ fn fk<R: Real>(request: &Request) -> Result<Answer, Fault> {
     Ok(Answer::new().put("pose", &pose_rows(&pose)))
 }
 
-fn ik<R: Real>(request: &Request) -> Result<Answer, Fault> {
+/// The arm of a request, which must be one that has a closed form.
+pub(super) fn closed_form<R: Real>(request: &Request) -> Result<Arm<R>, Fault> {
     let arm = describe::<R>(request)?;
     let Some(limits) = arm.limits else {
         let detail = "arm.limits is required without a preset: six [lo, hi] in degrees";
         return Err(Fault::new("MissingField", detail).field("limits"));
     };
-    let arm = Arm::from_table(&arm.rows, limits).map_err(|error| match error {
+    Arm::from_table(&arm.rows, limits).map_err(|error| match error {
         ArmError::BadParameter { row } => bad(
             "dh",
             format!(
@@ -153,7 +154,11 @@ fn ik<R: Real>(request: &Request) -> Result<Answer, Fault> {
         )
         .with("index", row),
         other => bad("limits", format!("{other:?}")),
-    })?;
+    })
+}
+
+fn ik<R: Real>(request: &Request) -> Result<Answer, Fault> {
+    let arm = closed_form::<R>(request)?;
     let rows = request.value("pose").unwrap_or(&Value::Null);
     let pose = read_pose::<R>(rows).map_err(|_| {
         let detail = "pose must be [[R, p], [0 0 0 1]], finite, with a rotation R (1e-6)";

@@ -21,6 +21,7 @@ mod mirror;
 mod precession;
 pub mod request;
 pub mod schema;
+mod surface;
 
 pub use answer::{Answer, Fault};
 pub use request::Request;
@@ -40,6 +41,7 @@ const TOPICS: &[&[Function]] = &[
     mirror::FUNCTIONS,
     mirror::trim::FUNCTIONS,
     precession::FUNCTIONS,
+    surface::FUNCTIONS,
 ];
 
 /// One calculator.

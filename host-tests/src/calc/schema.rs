@@ -24,6 +24,8 @@ pub enum Kind {
     Object(&'static [Field]),
     /// The name of a preset, or an object; a wrong word is an `UnknownName`.
     Preset(&'static [&'static str], &'static [Field]),
+    /// As `Preset`, but the function itself refuses unknown fields and words inside the object, by a name of its own.
+    Open(&'static [&'static str], &'static [Field]),
     /// Anything: the function takes it apart and names its faults itself.
     Any,
 }
@@ -154,7 +156,10 @@ pub fn all_finite<R: Real>(kind: &Kind, value: &Value) -> bool {
             entries.iter().all(|entry| all_finite::<R>(inner, entry))
         }
         (Kind::OrNull(inner), _) => all_finite::<R>(inner, value),
-        (Kind::Object(fields) | Kind::Preset(_, fields), Value::Object(object)) => fields
+        (
+            Kind::Object(fields) | Kind::Preset(_, fields) | Kind::Open(_, fields),
+            Value::Object(object),
+        ) => fields
             .iter()
             .all(|f| f.given(object).is_none_or(|v| all_finite::<R>(&f.kind, v))),
         _ => true,
@@ -272,6 +277,22 @@ fn check_value(
             Value::Object(object) => check_object(&[fields], object, stage, &format!("{path}.")),
             _ => typed(false),
         },
+        Kind::Open(words, fields) => match value {
+            Value::String(s) => word(words, s),
+            Value::Object(object) => {
+                for field in *fields {
+                    let path = format!("{path}.{}", field.name);
+                    match field.given(object) {
+                        // Its words are the function's affair, but for the preset.
+                        Some(_) if stage == Stage::Name && field.name != "preset" => {}
+                        Some(v) => check_value(&field.kind, v, stage, field.name, &path)?,
+                        None => {}
+                    }
+                }
+                Ok(())
+            }
+            _ => typed(false),
+        },
     }
 }
 
@@ -294,7 +315,7 @@ pub fn form(kind: &Kind) -> String {
         Kind::Word(words) => format!("one of {}", words.join(" | ")),
         Kind::OrNull(inner) => format!("{} or null", form(inner)),
         Kind::Object(_) => "an object".into(),
-        Kind::Preset(_, _) => "the name of a preset or an object".into(),
+        Kind::Preset(..) | Kind::Open(..) => "the name of a preset or an object".into(),
         Kind::Any => "as described".into(),
         Kind::List(inner, length) => {
             let count = match length {

@@ -8,6 +8,7 @@ use super::install;
 use super::run::Outcome;
 use hexstep_host::emulator::{Counter, Elf, Emulator, Options, Recording, Tally};
 use hexstep_host::machine;
+use hexstep_host::surface::{self, PathRow, SurfaceError};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -35,6 +36,7 @@ pub fn task(board: Board) -> Outcome<()> {
     functions(&bench, counter, &mut measured)?;
     sizes(&firmware, &mut measured)?;
     host_speed(&mut measured)?;
+    planning(&mut measured)?;
 
     println!();
     let missed = measured.print();
@@ -188,6 +190,8 @@ fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outco
         ("drill_solve_instructions", "bench_drill_solve"),
         ("drill_pose_instructions", "bench_drill_pose"),
         ("segment_instructions", "bench_segment"),
+        ("nurbs_eval_instructions", "bench_nurbs_eval"),
+        ("hertz_instructions", "bench_hertz"),
     ];
     let numbers = figures.map(|(key, function)| (key, counter.watch(function)));
     let mut options = Options::new(elf);
@@ -232,4 +236,33 @@ fn host_speed(measured: &mut Measured) -> Outcome<()> {
         (ticks - before, start.elapsed().as_secs_f64())
     });
     measured.set("host_ticks_per_second", ticks as f64 / seconds)
+}
+
+/// Rows and residual of the surface Dune, each the best of three.
+fn planning(measured: &mut Measured) -> Outcome<()> {
+    println!("planning of surfaces ...");
+    let part = surface::dune().map_err(|error| error.name().to_string())?;
+    for (job, key) in [
+        (surface::Job::hard(), "surface_rows_hard_seconds"),
+        (surface::Job::soft(), "surface_rows_soft_seconds"),
+    ] {
+        let grinding = job.check().map_err(|error| error.to_string())?;
+        let plan = || surface::Rows::plan(&part, &job, &grinding).map(drop);
+        measured.set(key, best_of_three(plan)?)?;
+    }
+    let job = surface::Job::hard();
+    let plan = surface::Plan::new(&part, &job).map_err(|error| error.to_string())?;
+    let rows: Vec<PathRow> = plan.segments.iter().map(PathRow::from).collect();
+    let simulate = || surface::residual(&part, &job, &rows, 60).map(drop);
+    measured.set("surface_residual_hard_seconds", best_of_three(simulate)?)
+}
+
+fn best_of_three(work: impl Fn() -> Result<(), SurfaceError>) -> Outcome<f64> {
+    let mut best = f64::INFINITY;
+    for _ in 0..3 {
+        let start = Instant::now();
+        work().map_err(|error| error.to_string())?;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    Ok(best)
 }

@@ -141,7 +141,7 @@ fn shares<const N: usize>(samples: &[[f64; N]], limits: &Limits<N>) -> [f64; 3] 
 fn contour<const N: usize>(samples: &[[f64; N]], program: &Program<N>) -> f64 {
     let w = program.path.weight().map(f64::from);
     let mut vertices = vec![[0.0; N]];
-    vertices.extend(program.blocks.iter().map(|b| b.0.map(|p| f64::from(p))));
+    vertices.extend(program.blocks.iter().map(|b| b.0.map(f64::from)));
     for v in &mut vertices {
         for i in 0..N {
             v[i] *= w[i];

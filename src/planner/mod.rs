@@ -251,7 +251,7 @@ impl<const N: usize> Planner<N> {
 
     /// A standstill of `duration` [s] once the path so far has been run; up to 10^6 s.
     pub fn dwell(&mut self, duration: f32) -> Result<(), PushError> {
-        if !(duration >= 0.0 && duration <= 1.0e6) {
+        if !(0.0..=1.0e6).contains(&duration) {
             return Err(PushError::Duration);
         }
         self.dwell = self
@@ -260,7 +260,8 @@ impl<const N: usize> Planner<N> {
         Ok(())
     }
 
-    /// The next millisecond; `None` when at rest with nothing to do.
+    /// The next millisecond; `None` when at rest with nothing to do. Not an iterator: more may come after `None`.
+    #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Option<Sample<N>> {
         if self.state == State::Lost {
             return None;

@@ -12,7 +12,7 @@
 
 use super::block::Span;
 use super::look_ahead::{self, Factors, Target, adjacent, beyond};
-use super::profile::{self, Ramp, TICK};
+use super::profile::{self, Ramp};
 use super::ramp;
 use super::ring::Ring;
 
@@ -663,6 +663,3 @@ fn limits_up<const N: usize>(
     }
     (a, j)
 }
-
-/// One sample's time.
-pub(super) const SAMPLE: u64 = TICK;

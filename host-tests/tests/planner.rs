@@ -2,7 +2,7 @@
 
 use fixed::types::I32F32;
 use hexstep::planner::{
-    CAPACITY, Limits, LimitsError, PathError, PathSetting, Planner, PushError, Sample, SettingError,
+    BLOCKS, Limits, LimitsError, PathError, PathSetting, Planner, PushError, Sample, SettingError,
 };
 use rsruckig::prelude::*;
 
@@ -141,7 +141,7 @@ fn shares<const N: usize>(samples: &[[f64; N]], limits: &Limits<N>) -> [f64; 3] 
 fn contour<const N: usize>(samples: &[[f64; N]], program: &Program<N>) -> f64 {
     let w = program.path.weight().map(f64::from);
     let mut vertices = vec![[0.0; N]];
-    vertices.extend(program.blocks.iter().map(|b| b.0.map(|p| f64::from(p))));
+    vertices.extend(program.blocks.iter().map(|b| b.0.map(f64::from)));
     for v in &mut vertices {
         for i in 0..N {
             v[i] *= w[i];
@@ -737,7 +737,7 @@ fn an_immediate_stop_loses_the_position_until_it_is_set() {
     assert!(planner.is_lost());
     assert_eq!(planner.next(), None);
     assert_eq!(planner.push([0; 6], 0.0), Err(PushError::Lost));
-    planner.adopt([7; 6]);
+    planner.reset([7; 6]);
     assert_eq!(planner.position(), [I32F32::from_num(7); 6]);
     planner.push([0; 6], 0.0).unwrap();
     let last = std::iter::from_fn(|| planner.next()).last().unwrap();
@@ -876,7 +876,7 @@ fn a_full_planner_says_so_and_takes_more_after_a_while() {
     while planner.push(target(taken + 1), 0.0).is_ok() {
         taken += 1;
     }
-    assert_eq!(taken as usize, CAPACITY);
+    assert_eq!(taken as usize, BLOCKS);
     assert_eq!(planner.push(target(taken + 1), 0.0), Err(PushError::Full));
     while planner.is_full() {
         planner.next();

@@ -17,6 +17,17 @@ pub struct Limits<const N: usize> {
     jerk: [f32; N],
 }
 
+/// Slow enough for any machine: what stands until real limits are set.
+impl<const N: usize> Default for Limits<N> {
+    fn default() -> Self {
+        Self {
+            velocity: [1000.0; N],
+            acceleration: [1000.0; N],
+            jerk: [10_000.0; N],
+        }
+    }
+}
+
 /// Why limits were refused, and for which joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitsError {

@@ -45,7 +45,7 @@ pub use limits::{
     LONGEST_RISE, Limits, LimitsError, MOST_ACCELERATION, MOST_JERK, MOST_VELOCITY, PathError,
     PathSetting, WEIGHT_RATIO,
 };
-pub use ring::CAPACITY;
+pub use ring::BLOCKS;
 pub use trim::MOST_TRIM;
 
 use crate::math::Real;
@@ -54,8 +54,9 @@ use fixed::types::I32F32;
 use limits::Scaled;
 use look_ahead::Factors;
 use merge::Cone;
+use profile::TICK;
 use ring::Ring;
-use run::{Passed, Plan, Runner, SAMPLE, Wish};
+use run::{Passed, Plan, Runner, Wish};
 use trace::Trace;
 use trim::Trim;
 
@@ -71,7 +72,7 @@ const ROOM: f32 = 0.95;
 const SLOWEST: f32 = 1.0e-9;
 
 /// Time from one sample to the next [s].
-pub const SAMPLE_TIME: f32 = 1.0e-3;
+pub const SAMPLE: f32 = 1.0e-3;
 pub const SAMPLES_PER_SECOND: u32 = 1000;
 
 /// Commanded position of each joint at the end of the next millisecond.
@@ -90,7 +91,7 @@ pub enum PushError {
     Full,
     /// A controlled stop is under way: come back when the planner is idle.
     Stopping,
-    /// The position is lost; [`Planner::adopt`] sets it.
+    /// The position is lost; [`Planner::reset`] sets it.
     Lost,
     /// Expected a duration that is finite and not negative.
     Duration,
@@ -251,7 +252,7 @@ impl<const N: usize> Planner<N> {
 
     /// A standstill of `duration` [s] once the path so far has been run; up to 10^6 s.
     pub fn dwell(&mut self, duration: f32) -> Result<(), PushError> {
-        if !(duration >= 0.0 && duration <= 1.0e6) {
+        if !(0.0..=1.0e6).contains(&duration) {
             return Err(PushError::Duration);
         }
         self.dwell = self
@@ -260,7 +261,8 @@ impl<const N: usize> Planner<N> {
         Ok(())
     }
 
-    /// The next millisecond; `None` when at rest with nothing to do.
+    /// The next millisecond; `None` when at rest with nothing to do. Not an iterator: more may come after `None`.
+    #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Option<Sample<N>> {
         if self.state == State::Lost {
             return None;
@@ -298,14 +300,14 @@ impl<const N: usize> Planner<N> {
         self.ring.len() == 0 && self.dwell == 0 && self.at_rest && self.trim.is_settled()
     }
 
-    /// Blocks waiting, of [`CAPACITY`].
+    /// Blocks waiting, of [`BLOCKS`].
     pub fn len(&self) -> usize {
         self.ring.len()
     }
 
     /// Blocks that could be pushed now.
     pub fn room(&self) -> usize {
-        CAPACITY - self.ring.len()
+        BLOCKS - self.ring.len()
     }
 
     /// Whether a push may find no room.
@@ -377,7 +379,7 @@ impl<const N: usize> Planner<N> {
         self.state == State::Stopping
     }
 
-    /// Immediate stop: drops everything now; the position is lost until [`Planner::adopt`].
+    /// Immediate stop: drops everything now; the position is lost until [`Planner::reset`].
     pub fn abort(&mut self) {
         self.state = State::Lost;
         self.drop_path();
@@ -390,7 +392,7 @@ impl<const N: usize> Planner<N> {
 
     /// Rests at `position` [steps] from now on, with an empty path: after homing, after a probe contact or an emergency stop
     /// whose latched position the stepper's books tell. Trim counts as part of the position.
-    pub fn adopt(&mut self, position: [i32; N]) {
+    pub fn reset(&mut self, position: [i32; N]) {
         self.drop_path();
         self.trim = Trim::new();
         self.allow_trim(self.trim_share, 0);
@@ -789,10 +791,10 @@ impl<const N: usize> Planner<N> {
 
     /// Runs on for a millisecond; whether anything happened.
     fn run(&mut self) -> bool {
-        let mut time = SAMPLE;
+        let mut time = TICK;
         let mut happened = false;
         // Every vertex may end its block within the millisecond.
-        for _ in 0..=CAPACITY {
+        for _ in 0..=BLOCKS {
             let wish = self.wish();
             if self.runner.is_resting() && wish == Wish::Go {
                 if self.ring.len() == 0 {

@@ -3,11 +3,11 @@
 use super::block::{Block, Span};
 
 /// Blocks in the look-ahead. motion.md asks for 64; 88 of them with six joints take 16 KiB.
-pub const CAPACITY: usize = 88;
+pub const BLOCKS: usize = 88;
 
 /// Spans are numbered from the head: span 2k is the zone at the start of block k, 2k + 1 its body.
 pub(super) struct Ring<const N: usize> {
-    blocks: [Block<N>; CAPACITY],
+    blocks: [Block<N>; BLOCKS],
     head: usize,
     len: usize,
 }
@@ -15,7 +15,7 @@ pub(super) struct Ring<const N: usize> {
 impl<const N: usize> Ring<N> {
     pub const fn new() -> Self {
         Self {
-            blocks: [Block::EMPTY; CAPACITY],
+            blocks: [Block::EMPTY; BLOCKS],
             head: 0,
             len: 0,
         }
@@ -26,7 +26,7 @@ impl<const N: usize> Ring<N> {
     }
 
     pub fn is_full(&self) -> bool {
-        self.len == CAPACITY
+        self.len == BLOCKS
     }
 
     pub fn clear(&mut self) {
@@ -37,19 +37,19 @@ impl<const N: usize> Ring<N> {
         if k >= self.len {
             return None;
         }
-        self.blocks.get((self.head + k) % CAPACITY)
+        self.blocks.get((self.head + k) % BLOCKS)
     }
 
     pub fn get_mut(&mut self, k: usize) -> Option<&mut Block<N>> {
         if k >= self.len {
             return None;
         }
-        self.blocks.get_mut((self.head + k) % CAPACITY)
+        self.blocks.get_mut((self.head + k) % BLOCKS)
     }
 
     /// Nothing happens when full: the caller has looked.
     pub fn push(&mut self, block: Block<N>) {
-        if self.len < CAPACITY {
+        if self.len < BLOCKS {
             self.len += 1;
             if let Some(last) = self.get_mut(self.len - 1) {
                 *last = block;
@@ -59,7 +59,7 @@ impl<const N: usize> Ring<N> {
 
     pub fn pop(&mut self) {
         if self.len > 0 {
-            self.head = (self.head + 1) % CAPACITY;
+            self.head = (self.head + 1) % BLOCKS;
             self.len -= 1;
         }
     }

@@ -12,12 +12,14 @@
 
 use super::block::Span;
 use super::look_ahead::{self, Factors, Target, adjacent, beyond};
-use super::profile::{self, Ramp, TICK};
+use super::profile::{self, Ramp};
 use super::ramp;
 use super::ring::Ring;
 
 /// A change of speed below this share is not worth a ramp.
 const WORTH: f32 = 2.0e-3;
+/// Length 2^-32 over speed 2^-48 per ms, as time 2^-20 ms.
+const TIME: f32 = (1u64 << 36) as f32;
 /// A limit passed by less than this factor is kept.
 const USABLE: f32 = 1.002;
 /// Events within one millisecond before the rest is left to the next one.
@@ -322,8 +324,7 @@ impl Runner {
                 }
                 Mode::Cruise { until, then } => {
                     let left = until - self.x;
-                    // Length 2^-32 over speed 2^-48 in time 2^-20.
-                    let needed = left as f32 / self.v.max(1) as f32 * 6.871_947_7e10;
+                    let needed = left as f32 / self.v.max(1) as f32 * TIME;
                     if left > 0 && needed >= time as f32 {
                         self.x += ((i128::from(self.v) * i128::from(time)) >> 36) as i64;
                         self.x = self.x.min(until);
@@ -662,6 +663,3 @@ fn limits_up<const N: usize>(
     }
     (a, j)
 }
-
-/// One sample's time.
-pub(super) const SAMPLE: u64 = TICK;

@@ -274,7 +274,7 @@ impl<'a, B: Board> Controller<'a, B> {
         if self.segmenter.recover(at, &mut self.segments).is_err() {
             return false;
         }
-        self.planner.adopt(self.segmenter.counts());
+        self.planner.reset(self.segmenter.counts());
         if let Some(alarm) = self.stopping.take() {
             self.alarm = Some(alarm);
             self.answers.line(format_args!("ALARM:{}", alarm.number()));
@@ -350,7 +350,7 @@ impl<'a, B: Board> Controller<'a, B> {
         if let Job::Counts(line) = &mut self.job {
             if line.feed(&mut self.segmenter, &mut self.segments) {
                 self.job = Job::None;
-                self.planner.adopt(self.segmenter.counts());
+                self.planner.reset(self.segmenter.counts());
             }
         } else {
             let complete = !matches!(self.job, Job::Path(_));
@@ -459,7 +459,7 @@ impl<'a, B: Board> Controller<'a, B> {
             Command::Info => {
                 self.answers
                     .line(format_args!("[VER:1.1h.20261122:hexstep]"));
-                let (blocks, bytes) = (crate::planner::CAPACITY, self.bytes.capacity());
+                let (blocks, bytes) = (crate::planner::BLOCKS, self.bytes.capacity());
                 self.answers
                     .line(format_args!("[OPT:,{blocks},{bytes},{AXES},0]"));
                 self.answers.line(format_args!("[AXS:6:XYZABC]"));

@@ -41,17 +41,6 @@ pub enum LimitsError {
     Contradictory { joint: usize },
 }
 
-/// Slow enough for any machine: what stands until real limits are set.
-impl<const N: usize> Default for Limits<N> {
-    fn default() -> Self {
-        Self {
-            velocity: [1.0e3; N],
-            acceleration: [1.0e4; N],
-            jerk: [1.0e6; N],
-        }
-    }
-}
-
 impl<const N: usize> Limits<N> {
     /// Velocity [steps/s], acceleration [steps/s^2], and jerk [steps/s^3] of each joint; all positive and finite.
     pub fn new(

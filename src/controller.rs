@@ -11,6 +11,7 @@ use crate::machines::drill_grinder::DrillGrinder;
 use crate::path::{DrillPath, PathError, Scale};
 use crate::planner::{Planner, Sample};
 use crate::program::DrillWords;
+use crate::program::words::Decimal;
 use crate::protocol::report::{self, State};
 use crate::protocol::system::{self, Command};
 use crate::protocol::{LineReader, RealTime};
@@ -18,6 +19,7 @@ use crate::settings::{AXES, Settings};
 use crate::stepper::interpolator::Instant;
 use crate::stepper::{CountError, CountLine, Preset, SegmentSender, Segmenter, Shared};
 use core::fmt::Write;
+use fixed::types::I32F32;
 use heapless::Deque;
 
 /// Bytes of answers that can wait for the serial line.
@@ -25,6 +27,9 @@ const ANSWERS: usize = 2048;
 
 /// The longest answer to one line: all settings.
 const LONGEST_ANSWER: usize = 1400;
+
+/// A ground flank shows a micrometre: the contour of a drill is kept to it, whatever is set for other paths [mm].
+const DRILL_TOLERANCE: f32 = 0.001;
 
 /// What moves the motors.
 // The largest variant is the usual one, and there is one job at a time, not on the heap.
@@ -86,7 +91,14 @@ impl<'a, B: Board> Controller<'a, B> {
             reader: LineReader::default(),
             answers: Answers(Deque::new()),
             job: Job::None,
-            planner: Planner::new(limits, [0; AXES]),
+            planner: {
+                let mut planner = Planner::new(limits, [0; AXES]);
+                if let Some(path) = settings.path(DRILL_TOLERANCE) {
+                    // At rest, so it is taken.
+                    let _ = planner.set_path(path);
+                }
+                planner
+            },
             pending: None,
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),
             segments,
@@ -182,6 +194,10 @@ impl<'a, B: Board> Controller<'a, B> {
         self.segmenter.set_timing(settings.timing(B::TICK_HZ));
         self.board.set_step_mode(settings.step_mode());
         self.planner.set_limits(limits);
+        if let Some(path) = settings.path(DRILL_TOLERANCE) {
+            // At rest, as was asked above, so it is taken.
+            let _ = self.planner.set_path(path);
+        }
         self.settings = settings;
         Ok(())
     }
@@ -291,10 +307,13 @@ impl<'a, B: Board> Controller<'a, B> {
     }
 
     fn report_status(&mut self) {
-        let positions = self
-            .segmenter
-            .positions_at(self.shared.now())
-            .unwrap_or_else(|| self.segmenter.positions());
+        // At rest whole steps are told, not the millionth of a step that an increment could not say.
+        let whole = self.segmenter.counts().map(I32F32::from_num);
+        let positions = match self.state() {
+            State::Run => self.segmenter.positions_at(self.shared.now()),
+            _ => None,
+        }
+        .unwrap_or(whole);
         let free = (
             self.planner.room(),
             self.bytes.capacity() - self.bytes.len(),
@@ -432,7 +451,8 @@ impl<'a, B: Board> Controller<'a, B> {
             }
             Command::Settings => {
                 for (number, value) in self.settings.all() {
-                    self.answers.line(format_args!("${number}={value}"));
+                    self.answers
+                        .line(format_args!("${number}={}", Decimal(value)));
                 }
             }
             Command::Set { number, value } => self.set(number, value)?,
@@ -588,7 +608,9 @@ impl<'a, B: Board> Controller<'a, B> {
                 let lower = self.settings.get(1040 + joint as u16).unwrap_or_default();
                 let upper = self.settings.get(1050 + joint as u16).unwrap_or_default();
                 self.answers.line(format_args!(
-                    "[MSG:OutOfTravel joint {joint}: travel is {lower} to {upper}, see ${} and ${}]",
+                    "[MSG:OutOfTravel joint {joint}: travel is {} to {}, see ${} and ${}]",
+                    Decimal(lower),
+                    Decimal(upper),
                     1040 + joint,
                     1050 + joint
                 ));

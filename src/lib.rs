@@ -39,9 +39,6 @@ pub mod machines;
 
 pub mod planner;
 
-// The planner to come: tested, not yet the controller's.
-pub mod jerk_planner;
-
 pub mod stepper;
 
 // The base, which every stage may use.

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::math::Real;
-use crate::planner::{LimitError, Limits};
+use crate::planner::{Limits, LimitsError, PathSetting};
 use crate::stepper::{StepMode, Timing};
 
 /// Motors of the controller.
@@ -62,7 +62,7 @@ const POSITIVE: f32 = 1e-6;
 const LARGE: f32 = 1e9;
 
 /// The table, ascending.
-pub const TABLE: [Row; 10] = [
+pub const TABLE: [Row; 13] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -85,6 +85,21 @@ pub const TABLE: [Row; 10] = [
         "mm/s2, deg/s2",
         (POSITIVE, LARGE),
         (400.0, 400.0),
+    ),
+    axis(
+        800,
+        "jerk",
+        "mm/s3, deg/s3",
+        (POSITIVE, 1e12),
+        (40_000.0, 40_000.0),
+    ),
+    single(1003, "contour tolerance", "mm", (0.0, 10.0), 0.01),
+    single(
+        1004,
+        "lever of the turning axes: their tool's distance",
+        "mm",
+        (0.001, 10_000.0),
+        150.0,
     ),
     single(
         1010,
@@ -123,11 +138,14 @@ const SETUP: usize = 1;
 const STEPS: usize = 2;
 const RATE: usize = 3;
 const ACCELERATION: usize = 4;
-const MODE: usize = 5;
-const HOLD: usize = 6;
-const INTERNAL_CLOCK: usize = 7;
-const LOWER: usize = 8;
-const UPPER: usize = 9;
+const JERK: usize = 5;
+const TOLERANCE: usize = 6;
+const LEVER: usize = 7;
+const MODE: usize = 8;
+const HOLD: usize = 9;
+const INTERNAL_CLOCK: usize = 10;
+const LOWER: usize = 11;
+const UPPER: usize = 12;
 
 /// Axes from this one on turn.
 const FIRST_TURNING: usize = 3;
@@ -182,8 +200,8 @@ impl Settings {
         let mut changed = self.clone();
         changed.values[row][axis] = value;
         changed.limits(hz).map_err(|e| match e {
-            LimitError::Velocity { .. } => Error::StepRate,
-            LimitError::Acceleration { .. } => Error::ValueRange,
+            LimitsError::Velocity { .. } => Error::StepRate,
+            _ => Error::ValueRange,
         })?;
         let (lower, upper) = changed.travel();
         if lower.iter().zip(upper).any(|(lo, hi)| *lo > hi) {
@@ -221,13 +239,28 @@ impl Settings {
     }
 
     /// What each motor may do, in steps.
-    pub fn limits(&self, hz: u32) -> Result<Limits<AXES>, LimitError> {
+    pub fn limits(&self, hz: u32) -> Result<Limits<AXES>, LimitsError> {
         let steps = self.values[STEPS];
+        let velocity: [f32; AXES] =
+            core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
+        let fastest = self.timing(hz).fastest() as f32;
+        if let Some(joint) = velocity.iter().position(|v| *v > fastest) {
+            return Err(LimitsError::Velocity { joint });
+        }
         Limits::new(
-            core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]),
+            velocity,
             core::array::from_fn(|i| self.values[ACCELERATION][i] * steps[i]),
-            self.timing(hz).fastest() as f32,
+            core::array::from_fn(|i| self.values[JERK][i] * steps[i]),
         )
+    }
+
+    /// How far each step carries the tool, and how far the tool may leave the path: the tolerance set, or `most` [mm].
+    pub fn path(&self, most: f32) -> Option<PathSetting<AXES>> {
+        let mut weight = self.steps_per_joint_unit().map(|steps| 1.0 / steps);
+        for turning in &mut weight[FIRST_TURNING..] {
+            *turning *= self.values[LEVER][0];
+        }
+        PathSetting::new(weight, Real::min(self.values[TOLERANCE][0], most)).ok()
     }
 
     /// Steps per mm or degree.

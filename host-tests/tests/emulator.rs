@@ -9,6 +9,7 @@ use hexstep_host::emulator::{
     image_from_environment,
 };
 use hexstep_host::machine;
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -48,11 +49,17 @@ const JOB: Duration = Duration::from_secs(900);
 fn firmware() -> Option<PathBuf> {
     let firmware = firmware_from_environment();
     if firmware.is_none() {
-        eprintln!(
-            "not run: HEXSTEP_FIRMWARE names no firmware; `cargo xtask test` builds it and runs this test"
-        );
+        say_not_run("HEXSTEP_FIRMWARE");
     }
     firmware
+}
+
+/// Straight to standard error: what a passing test prints is not shown otherwise.
+fn say_not_run(variable: &str) {
+    let _ = writeln!(
+        std::io::stderr(),
+        "not run in the emulator: {variable} names no firmware; `cargo xtask test` builds it and runs this test"
+    );
 }
 
 #[track_caller]
@@ -111,10 +118,9 @@ fn assert_equal_pulses(emulator: &mut Emulator, lines: &[&str]) -> Vec<Recording
             difference, None,
             "{line}: change, as in memory, as in the emulator"
         );
-        assert_eq!(
-            recording.most_stores_in_a_tick(),
-            1,
-            "stores to one port in a tick"
+        assert!(
+            recording.most_stores_in_a_tick() <= 1,
+            "{line}: more than one store to a port in a tick"
         );
     }
     assert_eq!(ask(emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
@@ -496,7 +502,7 @@ fn the_log_tells_the_board_the_clock_and_the_drivers_in_whole_frames() {
 #[test]
 fn the_image_behind_a_bootloader_starts_as_well() {
     let Some(image) = image_from_environment() else {
-        eprintln!("not run: HEXSTEP_FIRMWARE_BOOTLOADER names no firmware; see `cargo xtask test`");
+        say_not_run("HEXSTEP_FIRMWARE_BOOTLOADER");
         return;
     };
     let mut emulator = boot_for_motion(image);

@@ -1,136 +1,323 @@
-//! A straight joint-space move, its limits, and the speed allowed at the corner before it.
+//! A straight joint-space move, and what every joint allows along it.
+//!
+//! ```text
+//!            zone of vertex k        body of block k        zone of vertex k+1
+//!  --- block k-1 ---|-------------|---------------------|-----------|--- block k+1 ---
+//!                   -z     V_k   +z                     -z'  V_k+1  +z'
+//! ```
+//!
+//! The path is the polygon through the vertices, rounded in *path length* by one cubic B-spline kernel at each vertex:
+//! with unit directions `u`, turn `du = u_k - u_{k-1}` and half-width `d`,
+//!
+//! ```text
+//!  q'' (s) = sum over k of  du_k * hat_d(s - S_k)          hat_d: triangle of half-width d and area 1
+//!  q   (s) = V_k + u_k x + du_k r_d(x) + du_{k+1} r_d'(L - x)      r_d(x) = (d - x)^3 / (6 d^2) for x < d, else 0
+//! ```
+//!
+//! One vertex alone gives the blend of the table in motion.md (control points at -2d, -d, 0, d, 2d); equal chords with
+//! `d` = chord give the uniform cubic B-spline with the vertices as control points; a straight line stays straight and
+//! evenly run whatever its vertices. `d` never exceeds the shorter neighbour, so no more than two hats overlap.
+//!
+//! Lengths `s` weigh each joint by its tip-equivalent [one unit = a step of the joint with the largest weight]; times
+//! are ms. A span's limits keep, for every joint with `m1, m2, m3` the largest `|q'|, |q''|, |q'''|` in it,
+//! `v m1 <= v_i`, `v^2 m2 + A m1 <= a_i`, `v^3 m3 + 3 v A m2 + J m1 <= j_i` (motion.md, rule 2).
 
-use super::SAMPLE;
+use super::limits::Scaled;
 use crate::math::Real;
 
-/// What each motor may do at most.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits<const N: usize> {
-    velocity: [f32; N],
-    acceleration: [f32; N],
-}
-
-/// Slow enough for any machine: what stands until real limits are set.
-impl<const N: usize> Default for Limits<N> {
-    fn default() -> Self {
-        Self {
-            velocity: [1000.0; N],
-            acceleration: [1000.0; N],
-        }
-    }
-}
-
-/// A limit that no motion can keep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LimitError {
-    /// The velocity of this motor is not a positive number, or beyond `most` steps/s.
-    Velocity { motor: usize },
-    /// The acceleration of this motor is not a positive number.
-    Acceleration { motor: usize },
-}
-
-impl<const N: usize> Limits<N> {
-    /// Velocities [steps/s], above 0 and at most `fastest`; accelerations [steps/s^2], above 0.
-    pub fn new(
-        velocity: [f32; N],
-        acceleration: [f32; N],
-        fastest: f32,
-    ) -> Result<Self, LimitError> {
-        for motor in 0..N {
-            if !(velocity[motor] > 0.0 && velocity[motor] <= fastest) {
-                return Err(LimitError::Velocity { motor });
-            }
-            if !(acceleration[motor] > 0.0 && acceleration[motor].is_finite()) {
-                return Err(LimitError::Acceleration { motor });
-            }
-        }
-        Ok(Self {
-            velocity,
-            acceleration,
-        })
-    }
-}
-
-/// Share of a joint's acceleration that the change of speed along a block may use; corners have the rest.
-const ALONG: f32 = 0.75;
-
-/// A straight move in joint space that is not over yet.
+/// A stretch of path with one set of limits, and what the look-ahead knows of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Block<const N: usize> {
-    /// Where it begins [steps].
-    pub start: [i32; N],
-    /// Steps from there to its end.
-    pub steps: [i32; N],
-    /// Time that it takes at speed 1 [s].
+pub(super) struct Span {
+    /// Length; 0 where two hats meet and there is nothing between.
     pub length: f32,
-    /// Highest speed, 0 ..= 1.
-    pub nominal: f32,
-    /// Largest change of speed in time [1/s].
-    pub acceleration: f32,
-    /// Largest speed at the corner before it.
-    pub entry_limit: f32,
-    /// Planned speed at its beginning and at its end.
+    /// Hard speed limit from all joints.
+    pub v: f32,
+    pub a: f32,
+    pub j: f32,
+    /// Whether a ramp may run on through both of its ends; else only one that begins within it.
+    pub through: bool,
+    /// Highest speed at its start, without acceleration, from which all that follows can be met.
     pub entry: f32,
-    pub exit: f32,
+    /// The ramp that `entry` stands for: to `root_speed` at the start of the span `root` ahead, `root_way` away.
+    pub root: u16,
+    pub root_way: f32,
+    pub root_speed: f32,
+    /// Least limits on the way to the root.
+    pub root_a: f32,
+    pub root_j: f32,
+    pub root_cap: f32,
+}
+
+impl Span {
+    pub const NONE: Self = Self {
+        length: 0.0,
+        v: f32::INFINITY,
+        a: f32::INFINITY,
+        j: f32::INFINITY,
+        through: true,
+        entry: 0.0,
+        root: 1,
+        root_way: 0.0,
+        root_speed: 0.0,
+        root_a: 0.0,
+        root_j: 0.0,
+        root_cap: 0.0,
+    };
+
+    pub fn limit(&mut self, length: f32, limit: Limit, through: bool) {
+        self.length = length;
+        self.v = limit.v;
+        self.a = limit.a;
+        self.j = limit.j;
+        self.through = through;
+    }
+}
+
+/// A block in the ring. The vertex at its start belongs to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block<const N: usize> {
+    /// Position at the end [steps].
+    pub end: [i32; N],
+    /// Direction [steps per unit length].
+    pub u: [f32; N],
+    /// Length, and the same in units of 2^-32.
+    pub length: f32,
+    pub bits: i64,
+    /// Least time [ms].
+    pub duration: f32,
+    /// Programmed speed [length/ms]; infinite for a rapid.
+    pub nominal: f32,
+    pub rapid: bool,
+    /// Contour tolerance [length]: as set, and what of it rounding may use.
+    pub asked: f32,
+    pub tolerance: f32,
+    /// Half-width of the hat at its start; 0: a full stop.
+    pub d: f32,
+    /// Half-width of the zone around its start; 0 where the hat reaches into whole blocks.
+    pub z: f32,
+    /// Standstill before it [ms].
+    pub dwell: u32,
+    /// Its start stays a stop, whatever follows.
+    pub stop: bool,
+    pub zone: Span,
+    pub body: Span,
 }
 
 impl<const N: usize> Block<N> {
-    /// The move from `start` to `target` in `duration` [s] at the least; `None` if they are the same.
-    pub fn new(
-        limits: &Limits<N>,
-        start: [i32; N],
-        target: [i32; N],
-        duration: f32,
-    ) -> Option<Self> {
-        // The difference of two i32 needs 33 bits; the controller refuses moves beyond 2^31.
-        let steps: [i32; N] = core::array::from_fn(|i| target[i].wrapping_sub(start[i]));
-        let mut length = 0f32;
-        for i in 0..N {
-            length = Real::max(length, (steps[i] as f32).abs() / limits.velocity[i]);
-        }
-        if length <= 0.0 {
-            return None;
-        }
-        let mut acceleration = f32::MAX;
-        for i in 0..N {
-            let way = (steps[i] as f32).abs();
-            if way > 0.0 {
-                acceleration = Real::min(acceleration, limits.acceleration[i] * length / way);
-            }
-        }
-        let nominal = if duration > length {
-            length / duration
-        } else {
-            1.0
-        };
-        Some(Self {
-            start,
-            steps,
-            length,
-            nominal,
-            acceleration: acceleration * ALONG,
-            entry_limit: 0.0,
-            entry: 0.0,
-            exit: 0.0,
-        })
-    }
+    pub const EMPTY: Self = Self {
+        end: [0; N],
+        u: [0.0; N],
+        length: 0.0,
+        bits: 0,
+        duration: 0.0,
+        nominal: 0.0,
+        rapid: true,
+        asked: 0.0,
+        tolerance: 0.0,
+        d: 0.0,
+        z: 0.0,
+        dwell: 0,
+        stop: false,
+        zone: Span::NONE,
+        body: Span::NONE,
+    };
 
-    pub fn end(&self) -> [i32; N] {
-        core::array::from_fn(|i| self.start[i].wrapping_add(self.steps[i]))
+    /// Whether the hat at its start reaches through whole blocks.
+    pub fn is_wide(&self) -> bool {
+        self.d > 0.0 && self.z <= 0.0
     }
 }
 
-/// The largest speed at which no joint's velocity jumps at the corner by more than a quarter of its acceleration limit
-/// gives in one sample.
-pub fn junction<const N: usize>(limits: &Limits<N>, before: &Block<N>, after: &Block<N>) -> f32 {
-    let mut speed = Real::min(before.nominal, after.nominal);
-    for i in 0..N {
-        let jump =
-            (after.steps[i] as f32 / after.length - before.steps[i] as f32 / before.length).abs();
-        let allowed = limits.acceleration[i] * (1.0 - ALONG) * SAMPLE;
-        if jump * speed > allowed {
-            speed = allowed / jump;
+/// Derivatives of one joint along a span, as large as they get there.
+#[derive(Clone, Copy, Default)]
+struct Slopes {
+    m1: f32,
+    m2: f32,
+    m3: f32,
+    /// What comes to `|q'''|` where one of two hats is alone, for a stretch that may be far shorter than a sample.
+    alone: f32,
+}
+
+/// How much of such a stretch a sample feels at speed v: `alone` counts `min(1, stretch (1/v + 1/length))` times. A third
+/// difference is a mean over 3 ms, with a weight of 3/4 in its middle (and something on the safe side); shorter blocks bring one such stretch each.
+#[derive(Clone, Copy)]
+struct Short {
+    stretch: f32,
+    length: f32,
+}
+
+impl Short {
+    const NONE: Self = Self {
+        stretch: 0.0,
+        length: 1.0,
+    };
+
+    fn felt(&self, v: f32) -> f32 {
+        (self.stretch * (1.0 / v + 1.0 / self.length)).min(1.0)
+    }
+}
+
+/// Highest speed, acceleration and jerk along a span.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limit {
+    pub v: f32,
+    pub a: f32,
+    pub j: f32,
+}
+
+/// How much of acceleration and jerk the curvature may use up at the highest speed; the rest is for ramps.
+#[derive(Clone, Copy)]
+pub(super) struct Split {
+    pub a: f32,
+    pub j: f32,
+}
+
+/// Where ramps run through.
+pub(super) const SMOOTH: Split = Split { a: 0.8, j: 0.6 };
+/// Where the speed stays constant, with something left for a hold.
+pub(super) const SHARP: Split = Split { a: 0.95, j: 0.9 };
+
+fn limit<const N: usize>(
+    scaled: &Scaled<N>,
+    slopes: &[Slopes; N],
+    short: Short,
+    split: Split,
+    spare: f32,
+) -> Limit {
+    let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
+    let mut r4 = 0.0f32;
+    for (i, s) in slopes.iter().enumerate() {
+        r1 = r1.max(s.m1 * scaled.inverse_v[i]);
+        r2 = r2.max(s.m2 * scaled.inverse_a[i]);
+        r3 = r3.max(s.m3 * scaled.inverse_j[i]);
+        r4 = r4.max(s.alone * scaled.inverse_j[i]);
+    }
+    let mut v = 1.0 / r1;
+    if v * v * r2 > split.a {
+        v = Real::sqrt(split.a / r2);
+    }
+    if v * v * v * r3 > split.j {
+        v = Real::cbrt(split.j / r3);
+    }
+    let felt = v * v * v * r4 * short.felt(v);
+    if felt > split.j {
+        // The share felt falls with v^2 at the least, and with v^3 when all is felt.
+        let less = v * Real::sqrt(split.j / felt);
+        v = less.max(Real::cbrt(split.j / r4).min(v));
+    }
+    let felt = short.felt(v);
+    let mut most = 0.0f32;
+    for (i, s) in slopes.iter().enumerate() {
+        most = most.max((s.m3 + s.alone * felt) * scaled.inverse_j[i]);
+    }
+    let used = v * v * v * most;
+    if used > split.j {
+        v *= Real::sqrt(split.j / used);
+    }
+    let felt = short.felt(v);
+    // 1/A and 1/J of the joint that allows least.
+    let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
+    for (i, s) in slopes.iter().enumerate() {
+        slow_a = slow_a.max(s.m1 / (scaled.a[i] - v * v * s.m2));
+        // Half of what the curvature leaves of the jerk goes to 3 v A q''.
+        let m3 = s.m3 + s.alone * felt;
+        slow_a = slow_a.max(6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * m3));
+    }
+    let a = 1.0 / slow_a;
+    for (i, s) in slopes.iter().enumerate() {
+        let m3 = s.m3 + s.alone * felt;
+        slow_j = slow_j.max(s.m1 / (scaled.j[i] * spare - v * v * v * m3 - 3.0 * v * a * s.m2));
+    }
+    // A rise of less than a sixteenth of a sample is none (and keeps the integers of profile.rs in range).
+    let j = (1.0 / slow_j).min(16.0 * a);
+    Limit { v, a, j }
+}
+
+fn middle(a: f32, b: f32) -> f32 {
+    0.5 * Real::abs(a + b)
+}
+
+/// Limits of the body of `block`, between `before` and `after` where there are such.
+pub(super) fn body<const N: usize>(
+    scaled: &Scaled<N>,
+    before: Option<&[f32; N]>,
+    block: &Block<N>,
+    after: Option<&Block<N>>,
+) -> Limit {
+    let start = before.filter(|_| block.is_wide());
+    let end = after.filter(|b| b.is_wide());
+    let d = end.map_or(0.0, |b| b.d);
+    let overlap = start.is_some() && end.is_some() && block.d + d > block.length;
+    let mut short = Short::NONE;
+    if overlap {
+        short.stretch = 2.0 * block.length - d - block.d;
+        short.length = block.length;
+    }
+    let mut slopes = [Slopes::default(); N];
+    for (i, s) in slopes.iter_mut().enumerate() {
+        let u = block.u[i];
+        s.m1 = Real::abs(u);
+        let (mut first, mut second) = (0.0, 0.0);
+        if let Some(before) = start {
+            s.m1 = s.m1.max(middle(before[i], u));
+            let curvature = (u - before[i]) / block.d;
+            s.m2 = Real::abs(curvature);
+            first = curvature / block.d;
+        }
+        if let Some(after) = end {
+            s.m1 = s.m1.max(middle(after.u[i], u));
+            let curvature = (after.u[i] - u) / d;
+            s.m2 = s.m2.max(Real::abs(curvature));
+            second = curvature / d;
+        }
+        if overlap {
+            s.m3 = Real::abs(second - first);
+            s.alone = (Real::abs(first).max(Real::abs(second)) - s.m3).max(0.0);
+        } else {
+            s.m3 = Real::abs(first).max(Real::abs(second));
         }
     }
-    speed
+    limit(scaled, &slopes, short, SMOOTH, 1.0)
+}
+
+/// Limits of the zone at the start of `block`; `before` is the block before it (with the direction `further` before
+/// that), `after` the one behind it.
+pub(super) fn zone<const N: usize>(
+    scaled: &Scaled<N>,
+    further: Option<&[f32; N]>,
+    before: &Block<N>,
+    block: &Block<N>,
+    after: Option<&Block<N>>,
+    split: Split,
+) -> Limit {
+    let further = further.filter(|_| before.is_wide());
+    let after = after.filter(|b| b.is_wide());
+    let mut slopes = [Slopes::default(); N];
+    for (i, s) in slopes.iter_mut().enumerate() {
+        let (u0, u1) = (before.u[i], block.u[i]);
+        s.m1 = Real::abs(u0).max(Real::abs(u1));
+        let curvature = Real::abs(u1 - u0) / block.d;
+        s.m2 = curvature;
+        s.m3 = curvature / block.d;
+        // Hats of the neighbours that reach in from either side; a sum bounds them all.
+        if let Some(further) = further {
+            s.m1 = s.m1.max(middle(further[i], u0));
+            let curvature = Real::abs(u0 - further[i]) / before.d;
+            s.m2 = s.m2.max(curvature);
+            s.m3 += curvature / before.d;
+        }
+        if let Some(after) = after {
+            s.m1 = s.m1.max(middle(after.u[i], u1));
+            let curvature = Real::abs(after.u[i] - u1) / after.d;
+            s.m2 = s.m2.max(curvature);
+            s.m3 += curvature / after.d;
+        }
+    }
+    limit(
+        scaled,
+        &slopes,
+        Short::NONE,
+        split,
+        if split.j > 0.8 { 1.04 } else { 1.0 },
+    )
 }

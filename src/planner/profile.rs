@@ -1,112 +1,222 @@
-//! Speed over time inside the blocks: runs through them one millisecond at a time.
-//!
-//! With `v` the speed now, `e` the planned exit speed and `L` what is left of the block, the next speed is the largest
-//! `w <= v + alpha dt` from which `e` can still be reached:
+//! Speed over time along the path, on integers: cruise and ramps, evaluated exactly where they stand.
 //!
 //! ```text
-//!   L = (v + w) dt / 2 + (w^2 - e^2) / (2 alpha)
+//!  position  x   2^-32 length       s(t) = s0 + (v0 + (a0/2 + c t) t) t,   c = jerk/6
+//!  speed     v   2^-48 length/ms    v(t) = v0 + (a0 + 3 c t) t
+//!  time      t   2^-20 ms
 //! ```
+//!
+//! The state at the end of a phase is the start of the next, so nothing ever jumps; the distance of a ramp is known to the
+//! last bit before it starts, which is how a ramp down comes to end on its point exactly. Lengths are below 2^31, speeds
+//! below 2^15 a millisecond (limits.rs: at most 10^4 steps/ms a joint).
 
-use super::{BLOCKS, Block, SAMPLE, look_ahead};
-use crate::math::Real;
-use fixed::types::I32F32;
-use heapless::Deque;
+use super::ramp;
 
-/// Where every motor is commanded to be at the end of a millisecond.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sample<const N: usize> {
-    /// [steps]
-    pub position: [I32F32; N],
-    /// At rest there, on whole steps.
-    pub last: bool,
+/// One millisecond.
+pub(super) const TICK: u64 = 1 << 20;
+
+const LENGTH: f32 = 4_294_967_296.0;
+const SPEED: f32 = 281_474_976_710_656.0;
+
+/// A length as 2^-32.
+pub(super) fn length_bits(x: f32) -> i64 {
+    (x * LENGTH) as i64
 }
 
-/// What the planner is in the middle of.
-pub(super) struct Run<const N: usize> {
-    speed: f32,
-    /// How far into the first block, in units of 2^-62 of it.
-    done: u64,
-    position: [I32F32; N],
+pub(super) fn length_of(bits: i64) -> f32 {
+    bits as f32 * (1.0 / LENGTH)
 }
 
-const WHOLE: u64 = 1 << 62;
+pub(super) fn speed_bits(v: f32) -> i64 {
+    (v * SPEED) as i64
+}
 
-impl<const N: usize> Run<N> {
-    pub fn new(start: [i32; N]) -> Self {
+pub(super) fn speed_of(bits: i64) -> f32 {
+    bits as f32 * (1.0 / SPEED)
+}
+
+/// `a * t`, with t in units of 2^-20.
+fn scale(a: i64, t: u64) -> i64 {
+    ((i128::from(a) * i128::from(t)) >> 20) as i64
+}
+
+/// `a / t`, with t in units of 2^-20.
+fn unscale(a: i64, t: u64) -> i64 {
+    if t == 0 {
+        return 0;
+    }
+    // |a| below 2^63: the quotient's whole part, then 20 more bits of the remainder (t is below 2^40).
+    let (whole, rest) = (a.unsigned_abs() / t, a.unsigned_abs() % t);
+    let bits = whole.saturating_mul(1 << 20).min(1 << 62) as i64 + ((rest << 20) / t) as i64;
+    if a < 0 { -bits } else { bits }
+}
+
+fn time_bits(t: f32) -> u64 {
+    // A rise of 100 s a limit: below 2^18 ms.
+    (t * TICK as f32) as u64
+}
+
+/// A stretch of constant jerk.
+#[derive(Clone, Copy, Debug, Default)]
+struct Phase {
+    length: u64,
+    /// Acceleration at the start [2^-48 length/ms^2], and a sixth of the jerk [2^-48 length/ms^3].
+    acceleration: i64,
+    sixth: i64,
+}
+
+impl Phase {
+    fn way(&self, v: i64, t: u64) -> i64 {
+        let slope = (self.acceleration >> 1) + scale(self.sixth, t);
+        // A way may exceed 2^15: shifted to 2^-32 before it is cut to 64 bits.
+        ((i128::from(v + scale(slope, t)) * i128::from(t)) >> 36) as i64
+    }
+
+    fn speed(&self, v: i64, t: u64) -> i64 {
+        v + scale(self.acceleration + 3 * scale(self.sixth, t), t)
+    }
+
+    fn acceleration(&self, t: u64) -> i64 {
+        self.acceleration + 6 * scale(self.sixth, t)
+    }
+}
+
+/// A change of speed under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ramp {
+    phases: [Phase; 3],
+    at: u8,
+    /// Time within the phase.
+    t: u64,
+    /// Position and speed at the start of the phase.
+    start: (i64, i64),
+    /// Speed at the end of the ramp.
+    end_speed: i64,
+    /// Acceleration and jerk allowed [length/ms^2, length/ms^3].
+    pub acceleration: f32,
+    pub jerk: f32,
+}
+
+impl Ramp {
+    /// From speed `v` to speed `w` (bits), starting at position `x`, with acceleration `a` and jerk `j`.
+    pub fn new(x: i64, v: i64, w: i64, a: f32, j: f32) -> Self {
+        let dv = w - v;
+        let (t1, t2) = ramp::times(speed_of(dv.abs()), a, j);
+        let t1 = time_bits(t1).max(1);
+        let t2 = time_bits(t2);
+        let top = unscale(dv, t1 + t2);
+        let sixth = unscale(top, t1) / 6;
         Self {
-            speed: 0.0,
-            done: 0,
-            position: start.map(I32F32::from_num),
+            phases: [
+                Phase {
+                    length: t1,
+                    acceleration: 0,
+                    sixth,
+                },
+                Phase {
+                    length: t2,
+                    acceleration: top,
+                    sixth: 0,
+                },
+                Phase {
+                    length: t1,
+                    acceleration: top,
+                    sixth: -sixth,
+                },
+            ],
+            at: 0,
+            t: 0,
+            start: (x, v),
+            end_speed: w,
+            acceleration: a,
+            jerk: j,
         }
     }
 
-    pub fn plan(&self, blocks: &mut Deque<Block<N>, BLOCKS>) {
-        let left = blocks.front().map_or(0.0, |block| self.left(block));
-        look_ahead::plan(blocks, self.speed, left);
+    fn phase(&self) -> Phase {
+        self.phases
+            .get(usize::from(self.at))
+            .copied()
+            .unwrap_or_default()
     }
 
-    /// What is left of the running block [s at speed 1].
-    fn left(&self, block: &Block<N>) -> f32 {
-        ((WHOLE - self.done) as f32) * (1.0 / WHOLE as f32) * block.length
+    pub fn position(&self) -> i64 {
+        self.start.0 + self.phase().way(self.start.1, self.t)
     }
 
-    pub fn next(&mut self, blocks: &mut Deque<Block<N>, BLOCKS>) -> Option<Sample<N>> {
-        blocks.front()?;
-        let mut time = SAMPLE;
-        while let Some(block) = blocks.front() {
-            let left = self.left(block);
-            let a = block.acceleration;
-            let half = 0.5 * a * time;
-            // The equation of the head, solved for w.
-            let square =
-                half * half + block.exit * block.exit + 2.0 * a * left - a * self.speed * time;
-            let braked = Real::sqrt(Real::max(square, 0.0)) - half;
-            let goal = Real::min(
-                Real::min(self.speed + a * time, block.nominal),
-                Real::max(braked, 0.0),
-            );
-            let next = Real::max(goal, self.speed - a * time);
-            let way = 0.5 * (self.speed + next) * time;
-            if way < left && (next > 0.0 || self.speed > 0.0) && left > SETTLED * block.length {
-                self.speed = next;
-                self.done = (self.done + (way / block.length * WHOLE as f32) as u64).min(WHOLE);
-                self.position = position(block, self.done);
-                return Some(Sample {
-                    position: self.position,
-                    last: false,
-                });
-            }
-            // The block is over within this sample; the next one has the rest of the time.
-            let mean = 0.5 * (self.speed + block.exit);
-            let used = if mean > 0.0 { left / mean } else { 0.0 };
-            time = Real::max(time - used, 0.0);
-            self.speed = block.exit;
-            self.done = 0;
-            self.position = block.end().map(I32F32::from_num);
-            let stands = self.speed <= 0.0;
-            blocks.pop_front();
-            if stands {
-                return Some(Sample {
-                    position: self.position,
-                    last: true,
-                });
-            }
+    pub fn speed(&self) -> i64 {
+        self.phase().speed(self.start.1, self.t)
+    }
+
+    pub fn end_speed(&self) -> i64 {
+        self.end_speed
+    }
+
+    /// Whether it slows down.
+    pub fn slows(&self) -> bool {
+        self.phases.iter().any(|p| p.acceleration < 0)
+    }
+
+    /// Position at the end.
+    pub fn end(&self) -> i64 {
+        let mut whole = *self;
+        // Three phases.
+        while !whole.step(u64::MAX).0 {}
+        whole.start.0
+    }
+
+    /// Distance of a ramp that starts at zero.
+    pub fn way(v: i64, w: i64, a: f32, j: f32) -> i64 {
+        Self::new(0, v, w, a, j).end()
+    }
+
+    /// Runs on for at most `time`, to the end of the present phase at the farthest: whether the ramp is over, and the
+    /// time left.
+    pub fn step(&mut self, time: u64) -> (bool, u64) {
+        let phase = self.phase();
+        let left = phase.length - self.t;
+        if left > time {
+            self.t += time;
+            return (false, 0);
         }
-        self.speed = 0.0;
-        Some(Sample {
-            position: self.position,
-            last: true,
-        })
+        let v = phase.speed(self.start.1, phase.length);
+        self.start = (
+            self.start.0 + phase.way(self.start.1, phase.length),
+            if self.at >= 2 { self.end_speed } else { v },
+        );
+        self.at += 1;
+        self.t = 0;
+        (self.at > 2, time - left)
     }
-}
 
-/// A share of a block so small that it is over.
-const SETTLED: f32 = 1e-7;
+    /// The origin of positions moves forward by `x`.
+    pub fn rebase(&mut self, x: i64) {
+        self.start.0 -= x;
+    }
 
-fn position<const N: usize>(block: &Block<N>, done: u64) -> [I32F32; N] {
-    core::array::from_fn(|i| {
-        // 31 bits of steps times 62 bits.
-        let way = (i128::from(block.steps[i]) * i128::from(done)) >> 30;
-        I32F32::from_bits((i64::from(block.start[i]) << 32).wrapping_add(way as i64))
-    })
+    /// Lets the acceleration go as fast as the jerk allows: what is left is at constant speed.
+    pub fn eased(&self) -> Self {
+        let phase = self.phase();
+        let (x, v) = (self.position(), self.speed());
+        let a = phase.acceleration(self.t);
+        if self.at == 2 {
+            return *self;
+        }
+        let t = time_bits(speed_of(a.abs()) / self.jerk).max(1);
+        let sixth = -unscale(a, t) / 6;
+        let last = Phase {
+            length: t,
+            acceleration: a,
+            sixth,
+        };
+        Self {
+            phases: [Phase::default(), Phase::default(), last],
+            at: 2,
+            t: 0,
+            start: (x, v),
+            end_speed: last.speed(v, t).max(0),
+            acceleration: self.acceleration,
+            jerk: self.jerk,
+        }
+    }
 }

@@ -3,7 +3,7 @@
 //! Lengths in mm, angles in degrees, here and nowhere below. A word changes one parameter; the line takes effect only if
 //! the drill can be ground with all of them.
 
-use super::words::number;
+use super::words::{Decimal, number};
 use crate::cycles::drill_point::{Cycle, Drill, DrillPointError, Parameters, Passes, Variant};
 use crate::machines::drill_grinder::{DrillGrinder, StructureError};
 use crate::math::Real;
@@ -151,7 +151,7 @@ impl fmt::Display for DrillWords {
             if i > 0 {
                 f.write_char(',')?;
             }
-            write!(f, "{}{value}", word.letter)?;
+            write!(f, "{}{}", word.letter, Decimal(*value))?;
         }
         Ok(())
     }
@@ -180,10 +180,10 @@ impl fmt::Display for Refusal {
                 }
                 match error {
                     DrillPointError::ClearanceTooSmall { least } => {
-                        write!(f, " least {:.3} deg", least.to_degrees())?
+                        write!(f, " least {} deg", Decimal(least.to_degrees()))?
                     }
                     DrillPointError::PhiTooSmall { phi_min } => {
-                        write!(f, " phi_min {:.3} deg", phi_min.to_degrees())?
+                        write!(f, " phi_min {} deg", Decimal(phi_min.to_degrees()))?
                     }
                     _ => {}
                 }

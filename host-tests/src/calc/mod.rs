@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Lengths in mm, angles in degrees, times in s. A topic is one file with a table of [`Function`]s; it joins by one
-//! line in [`TOPICS`]. A bad case is answered in its place and makes the exit status 2; the others are answered all
+//! line in `TOPICS`. A bad case is answered in its place and makes the exit status 2; the others are answered all
 //! the same. Memory is bounded by the input, not by the answers: each case is read, computed and written in turn.
 
 pub mod answer;

@@ -15,6 +15,9 @@ use hexstep::geometry::nurbs::Shape;
 
 /// Growth of the density until no chord exceeds its tolerance.
 const REFINEMENT: f64 = 1.02;
+/// More points than this are refused, in one list and in all rows together.
+const MAX_STATIONS: f64 = 100_000.0;
+const MAX_POINTS: usize = 5_000_000;
 /// Places inside a chord where its sag is measured.
 const PROBES: usize = 7;
 
@@ -54,9 +57,14 @@ impl Stations {
                         Ok(worst.max(largest_sag(part, row, list)?))
                     })
                 };
+                let most = MAX_POINTS as f64 / rows.rows.len() as f64;
+                if shares(&rows.rows[0], &density).is_none_or(|list| list.len() as f64 > most) {
+                    return Err(TOO_MANY);
+                }
                 Ok(Self::Common(refined(&rows.rows[0], density, job, worst)?))
             }
             StepMode::Row => {
+                let mut points = 0;
                 let lists: Result<_, SurfaceError> = rows
                     .rows
                     .iter()
@@ -65,9 +73,15 @@ impl Stations {
                         let density = demands
                             .iter()
                             .map(|d| d.chord(job).max((d.sag.abs() / (8.0 * job.e_lat)).sqrt()));
-                        refined(row, density.collect(), job, |list| {
+                        let list = refined(row, density.collect(), job, |list| {
                             largest_sag(part, row, list)
-                        })
+                        })?;
+                        points += list.len();
+                        if points > MAX_POINTS {
+                            Err(TOO_MANY)
+                        } else {
+                            Ok(list)
+                        }
                     })
                     .collect();
                 Ok(Self::Each(lists?))
@@ -144,7 +158,7 @@ fn refined(
 ) -> Result<Vec<f64>, SurfaceError> {
     // The density is bounded below by l_max; a thousand times as dense is beyond any smooth surface.
     for _ in 0..350 {
-        let list = shares(row, &density);
+        let list = shares(row, &density).ok_or(TOO_MANY)?;
         if worst(&list)? <= job.eps {
             return Ok(list);
         }
@@ -156,7 +170,13 @@ fn refined(
     ))
 }
 
-fn shares(row: &Row, density: &[f64]) -> Vec<f64> {
+const TOO_MANY: SurfaceError = SurfaceError::BadParameter(
+    "eps",
+    "and e_lat, e_gap, l_max, turn ask for too many points: more than 100000 in a row or 5000000 in all",
+);
+
+/// `None` if they are too many.
+fn shares(row: &Row, density: &[f64]) -> Option<Vec<f64>> {
     let node = |i: usize| row.curve.node(i);
     let mut sums = vec![0.0];
     for i in 1..density.len() {
@@ -164,6 +184,10 @@ fn shares(row: &Row, density: &[f64]) -> Vec<f64> {
         sums.push(sums[i - 1] + area);
     }
     let total = sums[density.len() - 1];
+    // Also for what is not a number.
+    if total.is_nan() || total > MAX_STATIONS {
+        return None;
+    }
     let count = (total.ceil() as usize).max(1);
     let mut stations = vec![node(0)];
     let mut i = 0;
@@ -176,7 +200,7 @@ fn shares(row: &Row, density: &[f64]) -> Vec<f64> {
         stations.push(node(i) + share * (node(i + 1) - node(i)));
     }
     stations.push(node(density.len() - 1));
-    stations
+    Some(stations)
 }
 
 /// Largest distance of the row from its chords, over what is ground of it.

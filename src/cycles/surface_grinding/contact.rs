@@ -148,6 +148,14 @@ impl<R: Real> Hertz<R> {
         k_c + self.curvatures[1]
     }
 
+    /// Whether the ellipse is small beside the bodies, as Hertz assumes: both half extents below a tenth of the smallest
+    /// radius in play. Reported; it refuses nothing.
+    pub fn is_small(&self, contact: &Contact<R>, k_f: R, k_c: R) -> bool {
+        let [t_f, t_c] = self.curvatures;
+        let sharpest = t_f.max(t_c).max(k_f.abs()).max(k_c.abs());
+        contact.b_c.max(contact.a_f) * sharpest < R::of(0.1)
+    }
+
     /// The contact where the part has these curvatures.
     pub fn on(&self, section: &Section<R>) -> Result<Contact<R>, GrindingError<R>> {
         self.at(section.k_f, section.k_c, section.tau)
@@ -172,8 +180,11 @@ impl<R: Real> Hertz<R> {
         } else {
             middle - spread
         };
-        // Also for curvatures whose squares overflow.
-        if !(k_min > R::ZERO && k_max.is_finite()) {
+        // Curvatures whose products overflow are those of no body.
+        if !(k_min.is_finite() && k_max.is_finite()) {
+            return Err(GrindingError::BadParameter(Field::KF));
+        }
+        if k_min <= R::ZERO {
             return Err(GrindingError::NoHertzContact { least: k_min });
         }
         let ratio = (k_max / k_min).max(R::ONE);

@@ -41,7 +41,13 @@ pub fn hertz<R: Real>(request: &Request) -> Result<Answer, Fault> {
         .number("k_min", c.k_min)
         .number("k_max", c.k_max)
         .number("ratio", c.k_max / c.k_min)
-        .number("e_star", grinding.hertz.e_star()))
+        .number("e_star", grinding.hertz.e_star())
+        .put(
+            "small",
+            &grinding
+                .hertz
+                .is_small(&c, request.number("k_f"), request.number("k_c")),
+        ))
 }
 
 /// The stripe of the job's feed, whatever its depth mode: constant depth is reached by another feed.

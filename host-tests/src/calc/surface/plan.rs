@@ -38,6 +38,7 @@ pub fn plan(request: &Request) -> Result<Answer, Fault> {
         .put("full_rows", &plan.full_rows)
         .put("segments", &plan.segments.len())
         .put("points", &plan.points())
+        .put("touching", &plan.touching)
         .number("path_length", plan.path_length())
         .number("largest_step", plan.largest_step())
         .value("residual", residual.map_or(Value::Null, Value::Object));

@@ -1,7 +1,7 @@
 //! The planner judged by what it commands: limits, contour, time, ends, holds, overrides, stops.
 
 use fixed::types::I32F32;
-use hexstep::jerk_planner::{
+use hexstep::planner::{
     BLOCKS, Limits, LimitsError, PathError, PathSetting, Planner, PushError, Sample, SettingError,
 };
 use rsruckig::prelude::*;

@@ -265,7 +265,8 @@ impl Runner {
         let (mut a, mut j) = (span.a, span.j);
         let mut way = profile::length_of(plan.start(i + 1) - x);
         loop {
-            if ramp::distance(v, 0.0, a, j) <= way {
+            // To some speed in between may take an eighth more than to rest.
+            if ramp::distance(v, 0.0, a, j) * 1.125 <= way {
                 return i / 2 + 1;
             }
             i += 1;

@@ -444,7 +444,9 @@ impl Runner {
             self.slow_to(plan, i, way, end, v, cap);
             return;
         }
-        if v < cap * (1.0 - WORTH) {
+        // While lower overrides wait for room, nothing rises.
+        let settled = plan.planned.not_above(plan.wanted);
+        if settled && v < cap * (1.0 - WORTH) || self.v == 0 {
             let top = peak(plan, i, span, way, v, cap);
             if top > v * (1.0 + WORTH) && top > 1.0e-12 {
                 let (a, j) = limits_up(plan, i, span, way, v, top);

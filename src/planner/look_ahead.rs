@@ -149,7 +149,10 @@ pub(super) fn plan<const N: usize>(
         let same = span.entry == entry
             && span.root == planned.root
             && span.root_way == planned.root_way
-            && span.root_speed == planned.root_speed;
+            && span.root_speed == planned.root_speed
+            && span.root_a == planned.root_a
+            && span.root_j == planned.root_j
+            && span.root_cap == planned.root_cap;
         *span = planned;
         if same && i < changed {
             return;

@@ -265,7 +265,8 @@ impl Runner {
         let (mut a, mut j) = (span.a, span.j);
         let mut way = profile::length_of(plan.start(i + 1) - x);
         loop {
-            if ramp::distance(v, 0.0, a, j) <= way {
+            // To some speed in between may take an eighth more than to rest.
+            if ramp::distance(v, 0.0, a, j) * 1.125 <= way {
                 return i / 2 + 1;
             }
             i += 1;
@@ -443,7 +444,9 @@ impl Runner {
             self.slow_to(plan, i, way, end, v, cap);
             return;
         }
-        if v < cap * (1.0 - WORTH) {
+        // While lower overrides wait for room, nothing rises.
+        let settled = plan.planned.not_above(plan.wanted);
+        if settled && v < cap * (1.0 - WORTH) || self.v == 0 {
             let top = peak(plan, i, span, way, v, cap);
             if top > v * (1.0 + WORTH) && top > 1.0e-12 {
                 let (a, j) = limits_up(plan, i, span, way, v, top);

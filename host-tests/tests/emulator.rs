@@ -227,9 +227,9 @@ fn a_drill_cycle_makes_the_pulses_of_the_host_tick_for_tick() {
 
     let report = emulator.status(SOON).unwrap();
     assert_eq!(recordings.last().unwrap().positions(false), AFTER_SHORT);
-    // Steps over 200 a mm and 400 a degree; -399 and 693 steps lie on the half of a thousandth.
+    // Steps over 200 a mm and 400 a degree; -399 and 693 steps lie on the half of a thousandth, told away from zero.
     assert!(
-        report.starts_with("<Idle|MPos:2.545,3.050,0.155,0.050,-0.997,1.732|"),
+        report.starts_with("<Idle|MPos:2.545,3.050,0.155,0.050,-0.998,1.733|"),
         "{report}"
     );
 }

@@ -177,8 +177,8 @@ impl Machine<'_> {
             if self.controller.is_idle() {
                 return;
             }
-            // A segment has 40 ticks or more, but around a reversal.
-            for _ in 0..500 {
+            // A segment has 40 ticks or more, but around a reversal, and the foreground stays a few of them ahead.
+            for _ in 0..120 {
                 self.tick();
             }
         }

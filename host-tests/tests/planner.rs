@@ -714,7 +714,7 @@ fn a_trim_reaches_its_whole_step_within_the_limits_while_a_program_runs() {
     let mut planner = Planner::new(program.limits, [0; 6]);
     planner.set_path(program.path).unwrap();
     assert_eq!(planner.set_trim(3, 100), 0);
-    planner.set_trim_limits(50, 0.2).unwrap();
+    planner.set_trim_limits([50; _], 0.2).unwrap();
     let events = [
         (500, Event::Trim(0, 40)),
         (600, Event::Trim(3, -70)),
@@ -800,7 +800,10 @@ fn bad_limits_weights_and_factors_are_refused_by_name() {
         assert_eq!(planner.set_rapid_override(bad), Err(SettingError::Range));
     }
     for bad in [-0.1, 0.51, f32::NAN] {
-        assert_eq!(planner.set_trim_limits(10, bad), Err(SettingError::Range));
+        assert_eq!(
+            planner.set_trim_limits([10; _], bad),
+            Err(SettingError::Range)
+        );
     }
     for bad in [-1.0, f32::NAN, f32::INFINITY] {
         assert_eq!(planner.push([1; 2], bad), Err(PushError::Duration));

@@ -14,6 +14,7 @@ use crate::pins::Pin;
 use crate::trace::{self, Trace};
 use hexstep::board::Board;
 use hexstep::controller::Controller;
+use hexstep::path::Target;
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
 use hexstep::stepper::{Interpolator, PinPort, SegmentQueue, Shared, StepMode, StepTimer, Timing};
@@ -182,6 +183,43 @@ impl Machine<'_> {
                 self.tick();
             }
         }
+    }
+
+    /// Starts a stream, feeds it with `targets` as they find room, and runs to rest; the number of targets taken.
+    ///
+    /// # Errors
+    /// The refusal of the stream, or of the target with this number; what came before has run.
+    pub fn stream(
+        &mut self,
+        targets: impl IntoIterator<Item = Target<AXES>>,
+        mut watch: impl FnMut(u64),
+    ) -> Result<u64, (u64, String)> {
+        let started = self.controller.start_stream();
+        started.map_err(|error| (0, format!("error {}", error.number())))?;
+        let mut taken = 0;
+        let mut refused = Ok(());
+        'all: for target in targets {
+            loop {
+                match self.controller.push(&target) {
+                    Ok(true) => break,
+                    Ok(false) => {
+                        while self.controller.poll() {}
+                        for _ in 0..120 {
+                            self.tick();
+                        }
+                        watch(taken);
+                    }
+                    Err(error) => {
+                        refused = Err((taken, format!("{error:?}")));
+                        break 'all;
+                    }
+                }
+            }
+            taken += 1;
+        }
+        self.controller.end_stream();
+        self.run_to_rest();
+        refused.map(|()| taken)
     }
 
     /// Ticks at which the queue ran dry in motion.

@@ -264,7 +264,8 @@ impl<B: Board> Controller<'_, B> {
             }
             _ => true,
         };
-        if !flows || self.planner.is_idle() && !self.planner.is_held() {
+        let halts = self.planner.is_held() || self.planner.is_stopping();
+        if !flows || self.planner.is_idle() && !halts {
             return None;
         }
         while let Some(action) = self.cues.due() {
@@ -351,6 +352,9 @@ impl<B: Board> Controller<'_, B> {
         {
             self.touching = false;
             self.probed = self.segmenter.positions_at(at).map(Probed::Contact);
+        }
+        if self.planner.is_stopping() {
+            return false;
         }
         let open = matches!(
             self.job,

@@ -66,14 +66,13 @@ pub fn segments(
     }
 }
 
-/// Chords of 1 mm on a winding curve at 1 m/s; its narrowest bends ask for three quarters of that, so a block takes 1 to
-/// 1.4 ms. All six joints move. The look-ahead is kept full, and the bends are too tight for chords to be merged, which
+/// Chords of 1 mm on a winding curve at 1 m/s, which its narrower bends do not allow: a block takes 1 to 1.5 ms. All six joints move. The look-ahead is kept full, and the bends are too tight for chords to be merged, which
 /// would spare the planner work.
 #[inline(never)]
 pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
-    // 200 steps/mm, 15 m/s^2, 5000 m/s^3, 0.005 mm.
-    let limits = Limits::new([300_000.0; MOTORS], [3.0e6; MOTORS], [1.0e9; MOTORS]);
-    let path = PathSetting::new([1.0 / 200.0; MOTORS], 0.005);
+    // 200 steps/mm, 20 m/s^2, 20 000 m/s^3, 0.004 mm.
+    let limits = Limits::new([300_000.0; MOTORS], [4.0e6; MOTORS], [4.0e9; MOTORS]);
+    let path = PathSetting::new([1.0 / 200.0; MOTORS], 0.004);
     let (Ok(limits), Ok(path)) = (limits, path) else {
         panic!("no such limits");
     };
@@ -84,8 +83,8 @@ pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
     let (mut heading, mut x, mut y) = (0.0f32, 0.0f32, 0.0f32);
     for round in 0..BLOCKS {
         let s = round as f32;
-        // Radius 45 to 100 mm.
-        heading += (1.0 - 0.38 * (1.0 + Real::sin(s / 40.0)) * 0.72) / 45.0;
+        // Radius 60 to 120 mm.
+        heading += (3.0 + Real::sin(s / 40.0)) / 240.0;
         x += 200.0 * Real::cos(heading);
         y += 200.0 * Real::sin(heading);
         let (a, b) = (1000.0 * Real::sin(heading), 700.0 * Real::cos(s / 29.0));

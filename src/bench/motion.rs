@@ -66,12 +66,12 @@ pub fn segments(
     }
 }
 
-/// Chords of 1 mm on a winding curve at 1 m/s, which its narrower bends do not allow: a block takes 1 to 1.5 ms. All six joints move. The look-ahead is kept full, and the bends are too tight for chords to be merged, which
+/// Chords of 1 mm on a winding curve at 1 m/s, which the joints do not allow: a block takes 1.7 ms. All six joints move. The look-ahead is kept full, and the bends are too tight for chords to be merged, which
 /// would spare the planner work.
 #[inline(never)]
 pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
-    // 200 steps/mm, 20 m/s^2, 20 000 m/s^3, 0.004 mm.
-    let limits = Limits::new([300_000.0; MOTORS], [4.0e6; MOTORS], [4.0e9; MOTORS]);
+    // 200 steps/mm, 20 m/s^2, 5000 m/s^3, 0.004 mm.
+    let limits = Limits::new([300_000.0; MOTORS], [4.0e6; MOTORS], [1.0e9; MOTORS]);
     let path = PathSetting::new([1.0 / 200.0; MOTORS], 0.004);
     let (Ok(limits), Ok(path)) = (limits, path) else {
         panic!("no such limits");

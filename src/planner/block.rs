@@ -73,6 +73,11 @@ impl Span {
         },
     };
 
+    /// Without length, and no stop: nothing but the border of the bodies on both sides.
+    pub fn is_border(&self) -> bool {
+        self.length <= 0.0 && self.through && self.v == f32::INFINITY
+    }
+
     pub fn limit(&mut self, length: f32, limit: Limit, through: bool) {
         self.length = length;
         self.v = limit.v;

@@ -55,6 +55,7 @@ pub(super) fn cap<const N: usize>(ring: &Ring<N>, i: usize, factors: &Factors) -
         return lesser(span.v, programmed(k));
     }
     if span.length <= 0.0 {
+        // A stop, or a border that limits nothing.
         return span.v;
     }
     let before = k.checked_sub(1).map_or(f32::INFINITY, programmed);
@@ -106,9 +107,16 @@ pub(super) fn beyond(
 pub(super) fn plan<const N: usize>(ring: &mut Ring<N>, factors: &Factors, changed: usize) {
     let mut next_cap = 0.0;
     for i in (0..2 * ring.len()).rev() {
-        let own = cap(ring, i, factors);
-        let Some(span) = ring.span(i) else { return };
-        let (entry, root) = entry(span, i % 2 == 1, own, ring.span(i + 1), next_cap);
+        let (Some(span), next) = (ring.span(i), ring.span(i + 1)) else {
+            return;
+        };
+        let (own, (entry, root)) = match next {
+            Some(next) if span.is_border() => (f32::INFINITY, carried(next, next_cap)),
+            _ => {
+                let own = cap(ring, i, factors);
+                (own, entry(span, i % 2 == 1, own, next, next_cap))
+            }
+        };
         if i < changed && span.entry == entry && span.root == root {
             return;
         }
@@ -120,6 +128,24 @@ pub(super) fn plan<const N: usize>(ring: &mut Ring<N>, factors: &Factors, change
     }
 }
 
+/// A border between two bodies, where the path is round: what stands behind it stands before it.
+fn carried(next: &Span, next_cap: f32) -> (f32, Target) {
+    let mut root = if next.through && next.entry < next_cap {
+        next.root
+    } else {
+        Target {
+            span: 0,
+            way: 0.0,
+            speed: next.entry,
+            a: f32::INFINITY,
+            j: f32::INFINITY,
+            cap: f32::INFINITY,
+        }
+    };
+    root.span += 1;
+    (next.entry, root)
+}
+
 /// Highest speed at the start of `span`, and the ramp that it stands for.
 fn entry(
     span: &Span,
@@ -129,11 +155,6 @@ fn entry(
     next_cap: f32,
 ) -> (f32, Target) {
     let near = adjacent(span, span.length, own, next);
-    if span.length <= 0.0 && span.through && !is_body {
-        // A border between two bodies: what stands behind it stands before it.
-        let best = beyond(span, 0.0, own, next, next_cap).unwrap_or(near);
-        return (near.speed, best);
-    }
     if !(span.through || is_body) {
         return (lesser(near.speed, own), near);
     }

@@ -712,6 +712,10 @@ impl<const N: usize> Planner<N> {
 
     /// Brings plan and motion up to date with what was pushed and asked for since the last sample.
     fn replan(&mut self) {
+        if self.planned == self.wanted && self.runner.rises_on() {
+            // Nothing is decided on the way up: what arrives meanwhile is planned in one pass at its end.
+            return;
+        }
         self.backward();
         if self.stale {
             self.look_again();

@@ -174,6 +174,12 @@ impl Ramp {
         self.phases.iter().any(|p| p.acceleration < 0)
     }
 
+    /// Time to its end.
+    pub fn left(&self) -> u64 {
+        let phases = self.phases.iter().skip(usize::from(self.at));
+        phases.map(|phase| phase.length).sum::<u64>() - self.t
+    }
+
     /// Position at the end.
     pub fn end(&self) -> i64 {
         let mut whole = *self;

@@ -288,6 +288,14 @@ impl Runner {
         i / 2 + 1
     }
 
+    /// Whether a ramp up goes on for all of the next millisecond.
+    pub fn rises_on(&self) -> bool {
+        match &self.mode {
+            Mode::Ramp(ramp) => !ramp.slows() && ramp.left() > profile::TICK,
+            _ => false,
+        }
+    }
+
     /// Where the acceleration could be gone, and the speed there.
     pub fn eased(&self) -> Option<(Ramp, i64, f32)> {
         match &self.mode {

@@ -61,7 +61,7 @@ pub const FIGURES: &[Figure] = &[
     figure("isr_w1_worst_cycles_model", "cycles/tick", None, "model, worst tick"),
     figure("isr_load_100khz_six", "of the processor", AtMost(0.14), "model: pulse mode, six motors at 100 kHz"),
     figure("segment_instructions", "instructions/segment", AtMost(2500.0), "preparing one segment of six motors"),
-    figure("planner_instructions_per_block", "instructions/block", AtMost(30_000.0), "chords of 1 mm, 1 to 2 ms each, six joints, full look-ahead: push and samples"),
+    figure("planner_instructions_per_block", "instructions/block", AtMost(30_000.0), "chords of 1 mm, six joints, full look-ahead: push and samples"),
     figure("planner_push_instructions", "instructions", None, "the push alone"),
     figure("planner_instructions_per_sample", "instructions/sample", None, "the sample alone, backward pass included"),
     figure("planner_samples_per_block", "samples/block", None, "how many of them come to a block"),

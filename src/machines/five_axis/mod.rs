@@ -152,7 +152,7 @@ impl<R: Real> FiveAxis<R> {
     /// Reachable tilts of the tool from the axis next to the work, [lo, hi] [rad]. lo > 0: the pole itself is out of
     /// reach.
     pub fn band(&self) -> [R; 2] {
-        [self.direction.lo, self.direction.hi]
+        self.direction.band()
     }
 
     /// Travel of X, Y, Z, primary, secondary [mm, rad].

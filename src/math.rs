@@ -61,7 +61,7 @@ pub trait Real:
     fn acos(self) -> Self;
     fn atan(self) -> Self;
     fn atan2(self, x: Self) -> Self;
-    /// Root of the sum of the squares, which do not overflow; in `f32` within one unit of the last place.
+    /// Root of the sum of the squares, which do not overflow; in `f32` within 1.2 units of the last place.
     fn hypot(self, other: Self) -> Self;
     fn exp(self) -> Self;
     fn ln(self) -> Self;

@@ -27,6 +27,9 @@
 //! T = a/j of the block at hand, and takes 2.3 T where 1.9 T would do for a tenth of the length 2 a^3/j^2 (its ratio there is
 //! 1.26, above the 1.25 asked for); with a ramp's own shape every straight move is optimal, at any length.
 //!
+//! Cost on a Cortex-M4F: 28 000 instructions a block of a dense curve at a full look-ahead, push and samples together
+//! (`planner_instructions_per_block` of `cargo xtask bench`): half of it samples, a third the backward pass.
+//!
 //! Runs in the foreground. The path planned always ends in a standstill: input may pause at any time.
 
 mod block;

@@ -28,8 +28,8 @@
 //! | direction | < 1e-9 deg | 8.7e-5 deg; 2.8e-5 deg near the pole of the presets |
 //! | joint angle | | 5.1e-5 deg / S |
 //!
-//! Cost on a Cortex-M4F in f32: 530 instructions for the direction, both solutions; 1430 for a whole inverse with
-//! choice and linear part; 430 for the bounds.
+//! Cost on a Cortex-M4F in f32: 600 instructions for the direction, both solutions; 1800 for a whole inverse with choice,
+//! linear part and travel (`five_axis_*_instructions` of `cargo xtask bench`); 430 for the bounds.
 //!
 //! ```
 //! use hexstep::geometry::Vector;

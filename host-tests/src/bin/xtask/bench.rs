@@ -5,7 +5,7 @@ use super::board::Board;
 use super::build::{self, BENCH, FIRMWARE};
 use super::figures::Measured;
 use super::install;
-use super::run::Outcome;
+use super::run::{Outcome, cargo, shown};
 use hexstep_host::emulator::{Counter, Elf, Emulator, Options, Recording, Tally};
 use hexstep_host::machine;
 use hexstep_host::surface::{self, PathRow, SurfaceError};
@@ -42,6 +42,7 @@ pub fn task(board: Board, only_functions: bool) -> Outcome<()> {
     sizes(&firmware, &mut measured)?;
     host_speed(&mut measured)?;
     planning(&mut measured)?;
+    peer(&mut measured)?;
 
     println!();
     let missed = measured.print(true);
@@ -285,6 +286,27 @@ fn planning(measured: &mut Measured) -> Outcome<()> {
     let rows: Vec<PathRow> = plan.segments.iter().map(PathRow::from).collect();
     let simulate = || surface::residual(&part, &job, &rows, 60).map(drop);
     measured.set("surface_residual_hard_seconds", best_of_three(simulate)?)
+}
+
+/// The arm against the crate rs-opw-kinematics, both in one run of a test, which alone may link that crate.
+fn peer(measured: &mut Measured) -> Outcome<()> {
+    const KEY: &str = "arm_against_peer_ratio";
+    println!("the arm and its peer ...");
+    let mut command = cargo();
+    command
+        .args(["test", "--quiet", "--release", "--package", "host-tests"])
+        .args(["--test", "arm", "--", "--ignored", "--nocapture", "--exact"])
+        .arg("a_pose_takes_no_longer_than_in_the_peer");
+    let output = command
+        .output()
+        .map_err(|error| format!("{}: {error}", shown(&command)))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    // If the test fails for being slower, the ratio still stands there.
+    let ratio = said
+        .lines()
+        .find_map(|line| line.strip_prefix(KEY)?.trim().parse().ok())
+        .ok_or_else(|| format!("{} gave no ratio", shown(&command)))?;
+    measured.set(KEY, ratio)
 }
 
 fn best_of_three(work: impl Fn() -> Result<(), SurfaceError>) -> Outcome<f64> {

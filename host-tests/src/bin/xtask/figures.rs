@@ -79,6 +79,7 @@ pub const FIGURES: &[Figure] = &[
     figure("surface_rows_hard_seconds", "s", AtMost(1.0), "planning all rows of the hard job on Dune"),
     figure("surface_rows_soft_seconds", "s", AtMost(0.2), "the same, soft job"),
     figure("surface_residual_hard_seconds", "s", AtMost(2.0), "residual of the hard job at 60 stations"),
+    figure("arm_against_peer_ratio", "of the peer's time", AtMost(1.0), "eight branches of the arm against rs-opw-kinematics, f64, this machine"),
     figure("firmware_flash_bytes", "bytes", AtMost(96.0 * 1024.0), "code and constants"),
     figure("firmware_ram_bytes", "bytes", AtMost(48.0 * 1024.0), "statics, without the stack"),
     figure("host_ticks_per_second", "ticks/s", AtLeast(20.0e6), "interpolator on this machine, one thread"),

@@ -496,6 +496,32 @@ fn an_override_acts_within_fifty_milliseconds() {
     }
 }
 
+/// Whole within the look-ahead, and far longer than it; at tolerance 0 no two chords are merged.
+#[test]
+fn the_chords_of_a_straight_line_take_no_longer_than_the_line() {
+    let program = |chord: i32, count: i32| Program::<6> {
+        limits: Limits::new([300_000.0; 6], [3.0e6; 6], [1.0e9; 6]).unwrap(),
+        path: PathSetting::new([1.0 / 200.0; 6], 0.0).unwrap(),
+        blocks: (1..=count)
+            .map(|k| {
+                let q = k * chord;
+                ([q, 0, -q / 4, 0, q / 8, 0], chord as f32 * 5.0e-6)
+            })
+            .collect(),
+    };
+    for (chord, count) in [(200, 80), (200, 2000), (400, 40)] {
+        let (chords, planner) = run(&program(chord, count), &[]);
+        let (line, _) = run(&program(chord * count, 1), &[]);
+
+        assert_eq!(planner.counters().merged, 0);
+        let (chords, line) = (chords.len(), line.len());
+        assert!(
+            chords <= line + 2,
+            "{count} x {chord}: {chords} and {line} ms"
+        );
+    }
+}
+
 #[test]
 fn a_single_move_takes_the_time_of_the_optimal_profile_and_a_sample() {
     let mut r = Random::new(5);

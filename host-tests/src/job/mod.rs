@@ -9,12 +9,14 @@
 //! Nothing is computed from a file that is not right as a whole. Lengths in mm, angles in degrees, times in s, driver
 //! times in microseconds; each key is told in `jobs/*.toml`.
 
+mod axes;
 mod counts;
 mod drill;
 mod reader;
 
+pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
-pub use drill::{AxisLimits, DrillJob, MOTORS, Phi};
+pub use drill::{DrillJob, Phi};
 
 use crate::machine::TICK_HZ;
 use hexstep::stepper::{StepMode, Timing};

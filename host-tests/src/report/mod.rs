@@ -9,7 +9,7 @@ mod outline;
 pub use counts::{CountsFigures, Deviation, LineFigures};
 pub use drill::DrillFigures;
 pub use ground::{Feature, GroundDrill, Stroke};
-pub use motors::{Channel, MotorFigures, Motors, pulse_trains};
+pub use motors::{Channel, MotorFigures, Motors, Quantity, pulse_trains, window_for};
 
 use crate::plot::escape;
 use std::fmt::Write;

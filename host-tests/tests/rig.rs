@@ -250,6 +250,7 @@ fn the_figures_of_all_motors_are_those_of_each_alone() {
         steps_per_unit: 1.0,
         largest_rate: None,
         largest_acceleration: None,
+        largest_jerk: None,
     });
     let motors = Motors::of(&outcome.trace, &channels, 0.02);
     assert_eq!(motors.steps(), 494_446);

@@ -293,7 +293,8 @@ fn refused_lines_are_answered_as_in_memory_and_move_nothing() {
 fn any_bytes_at_all_leave_a_machine_that_answers() {
     let Some(firmware) = firmware() else { return };
     let mut emulator = boot_for_motion(firmware);
-    // Every byte but soft reset, in an order without pattern, and far more of them than the buffer holds.
+    // Every byte but soft reset, in an order without pattern, and far more of them than the buffer holds; then the end of
+    // a hold that may be among them.
     let mut state = 0x2545_F491_4F6C_DD1D_u64;
     let bytes: Vec<u8> = (0..20_000)
         .map(|_| {
@@ -306,7 +307,7 @@ fn any_bytes_at_all_leave_a_machine_that_answers() {
         .collect();
 
     emulator.send_bytes(&bytes).unwrap();
-    emulator.send_bytes(b"\n").unwrap();
+    emulator.send_bytes(b"~\n").unwrap();
 
     emulator.expect_idle(JOB).unwrap();
     emulator.send("$STAT").unwrap();

@@ -77,12 +77,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    pub const ALL: [Self; 4] = [
-        Self::Position,
-        Self::Speed,
-        Self::Acceleration,
-        Self::Jerk,
-    ];
+    pub const ALL: [Self; 4] = [Self::Position, Self::Speed, Self::Acceleration, Self::Jerk];
 
     /// Its name, and what follows the joint's unit.
     fn told(self) -> (&'static str, &'static str) {
@@ -180,7 +175,10 @@ impl Motors {
             ),
             None => Cell::Number(number(value / scale, digits)),
         };
-        let jerks = self.figures.iter().any(|f| f.channel.largest_jerk.is_some());
+        let jerks = self
+            .figures
+            .iter()
+            .any(|f| f.channel.largest_jerk.is_some());
         let rows: Vec<Vec<Cell>> = self
             .figures
             .iter()
@@ -195,7 +193,11 @@ impl Motors {
                 if jerks {
                     row.push(match c.largest_jerk {
                         Some(limit) => Cell::Judged(
-                            format!("{} of {}", number(f.jerk / scale, 0), number(limit / scale, 0)),
+                            format!(
+                                "{} of {}",
+                                number(f.jerk / scale, 0),
+                                number(limit / scale, 0)
+                            ),
                             self.keeps_jerk(f),
                         ),
                         None => Cell::Number(number(f.jerk / scale, 0)),
@@ -313,7 +315,9 @@ impl Motors {
         .x_range(from, to)
         .line(&c.name, colour(motor), points.map(|(t, y)| (t, y / scale)));
         if let Some(limit) = limit {
-            chart = chart.limit("limit", limit / scale).limit("", -limit / scale);
+            chart = chart
+                .limit("limit", limit / scale)
+                .limit("", -limit / scale);
         }
         chart.svg()
     }

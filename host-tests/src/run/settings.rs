@@ -83,16 +83,8 @@ fn axis_values(axes: &[AxisLimits; 6]) -> Vec<Value> {
 /// `[machine]` and the path's table: what the contour may do.
 pub fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
     vec![
-        (
-            1003,
-            contour.tolerance as f32,
-            format!("{path}.tolerance"),
-        ),
+        (1003, contour.tolerance as f32, format!("{path}.tolerance")),
         (1004, contour.lever as f32, "machine.lever".into()),
-        (
-            1013,
-            contour.trim_share as f32,
-            "machine.trim_share".into(),
-        ),
+        (1013, contour.trim_share as f32, "machine.trim_share".into()),
     ]
 }

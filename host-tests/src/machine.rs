@@ -13,7 +13,8 @@
 use crate::pins::Pin;
 use crate::trace::{self, Trace};
 use hexstep::board::Board;
-use hexstep::controller::Controller;
+use hexstep::controller::{Controller, StreamError};
+use hexstep::error::Error;
 use hexstep::path::Target;
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
@@ -50,6 +51,22 @@ impl Board for MemoryBoard<'_> {
     fn set_step_mode(&mut self, mode: StepMode) {
         self.0.mode.set(mode);
     }
+}
+
+/// What a stream is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StreamItem {
+    Target(Target<AXES>),
+    /// A standstill behind what came before [s].
+    Dwell(f32),
+}
+
+/// Why a stream has not run, or not to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    Start(Error),
+    /// The item behind so many targets was not taken.
+    Item(u64, StreamError),
 }
 
 /// A SysTick of memory: a period written in the handler counts from the wrap after the next one.
@@ -185,22 +202,25 @@ impl Machine<'_> {
         }
     }
 
-    /// Starts a stream, feeds it with `targets` as they find room, and runs to rest; the number of targets taken.
+    /// Starts a stream, feeds it with `items` as they find room, and runs to rest; the number of targets taken.
     ///
     /// # Errors
-    /// The refusal of the stream, or of the target with this number; what came before has run.
+    /// The refusal of the stream, or of an item; what came before has run.
     pub fn stream(
         &mut self,
-        targets: impl IntoIterator<Item = Target<AXES>>,
+        items: impl IntoIterator<Item = StreamItem>,
         mut watch: impl FnMut(u64),
-    ) -> Result<u64, (u64, String)> {
-        let started = self.controller.start_stream();
-        started.map_err(|error| (0, format!("error {}", error.number())))?;
+    ) -> Result<u64, Refusal> {
+        self.controller.start_stream().map_err(Refusal::Start)?;
         let mut taken = 0;
         let mut refused = Ok(());
-        'all: for target in targets {
+        'all: for item in items {
             loop {
-                match self.controller.push(&target) {
+                let pushed = match &item {
+                    StreamItem::Target(target) => self.controller.push(target),
+                    StreamItem::Dwell(duration) => self.controller.dwell(*duration).map(|()| true),
+                };
+                match pushed {
                     Ok(true) => break,
                     Ok(false) => {
                         while self.controller.poll() {}
@@ -210,12 +230,14 @@ impl Machine<'_> {
                         watch(taken);
                     }
                     Err(error) => {
-                        refused = Err((taken, format!("{error:?}")));
+                        refused = Err(Refusal::Item(taken, error));
                         break 'all;
                     }
                 }
             }
-            taken += 1;
+            if matches!(item, StreamItem::Target(_)) {
+                taken += 1;
+            }
         }
         self.controller.end_stream();
         self.run_to_rest();

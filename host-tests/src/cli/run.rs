@@ -6,7 +6,7 @@
 use crate::export::{self, Span};
 use crate::files::write_whole;
 use crate::job::{Job, JobError, MOTORS, Task};
-use crate::report::{CountsFigures, DrillFigures};
+use crate::report::{CountsFigures, DrillFigures, PathFigures};
 use crate::run;
 use crate::trace::{Trace, bits, seconds};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -33,6 +33,21 @@ pub const DELIVERED: &[Delivered] = &[
         name: "counts",
         file: "host-tests/jobs/counts.toml",
         text: include_str!("../../jobs/counts.toml"),
+    },
+    Delivered {
+        name: "stop-to-stop",
+        file: "host-tests/jobs/stop-to-stop.toml",
+        text: include_str!("../../jobs/stop-to-stop.toml"),
+    },
+    Delivered {
+        name: "circle",
+        file: "host-tests/jobs/circle.toml",
+        text: include_str!("../../jobs/circle.toml"),
+    },
+    Delivered {
+        name: "trochoid",
+        file: "host-tests/jobs/trochoid.toml",
+        text: include_str!("../../jobs/trochoid.toml"),
     },
 ];
 
@@ -95,6 +110,10 @@ pub fn run(request: &Request) -> u8 {
             let figures = CountsFigures::of(&job, counts, &outcome, wall);
             (figures.summary(), figures.html(), figures.is_sound())
         }
+        Task::Path(path) => {
+            let figures = PathFigures::of(&job, path, &outcome, wall);
+            (figures.summary(), figures.html(), figures.is_sound())
+        }
     };
     let folder = request
         .out
@@ -136,7 +155,7 @@ pub fn list() -> u8 {
     for job in DELIVERED {
         text.push_str(&format!("{:<14}{}\n", job.name, job.file));
         // The comment at the head of the file tells what it is.
-        for line in job.text.lines().take_while(|line| line.starts_with('#')) {
+        for line in job.text.lines().take_while(|line| line.starts_with("# ")) {
             text.push_str(&format!(
                 "{:14}{}\n",
                 "",

@@ -58,6 +58,8 @@ pub struct Contour {
     pub lever: f64,
     /// Share of every limit that is kept for trims, 0 ..= 0.5.
     pub trim_share: f64,
+    /// Largest trim of each motor [mm, deg].
+    pub trim: [f64; 6],
 }
 
 impl Contour {
@@ -92,12 +94,13 @@ pub(super) const AXES: &[&str] = &[
     "travel",
 ];
 /// Keys of `[machine]` that [`read_contour`] reads.
-pub(super) const CONTOUR: &[&str] = &["lever", "trim_share"];
+pub(super) const CONTOUR: &[&str] = &["lever", "trim_share", "trim"];
 
 /// Defaults of the machine's own table of settings.
 const JERK: f64 = 40_000.0;
 const LEVER: f64 = 150.0;
 const TOLERANCE: f64 = 0.01;
+const TRIM: f64 = 0.1;
 
 /// `[machine]`: one number for each motor and key. `jerk` may be left out.
 ///
@@ -174,7 +177,7 @@ pub(super) fn read_axes(
     }))
 }
 
-/// `lever` and `trim_share` of `[machine]`, and `tolerance` of the path's table; all may be left out.
+/// `lever`, `trim_share` and `trim` of `[machine]`, and `tolerance` of the path's table; all may be left out.
 ///
 /// # Errors
 /// `OutOfRange`; `Contradictory` where a step of one joint carries the tool a million times as far as one of another.
@@ -188,6 +191,11 @@ pub(super) fn read_contour(
         tolerance: path.number_or("tolerance", TOLERANCE, Kind::between(0.0, 10.0, "mm"))?,
         lever: machine.number_or("lever", LEVER, Kind::between(0.001, 10_000.0, "mm"))?,
         trim_share: machine.number_or("trim_share", 0.0, Kind::between(0.0, 0.5, ""))?,
+        trim: if machine.has("trim") {
+            machine.numbers::<6>("trim", Kind::between(0.0, 10.0, "mm or deg"))?
+        } else {
+            [TRIM; 6]
+        },
     };
     let weights = contour.weights();
     let of_step = |motor: usize| weights[motor] / axes[motor].steps_per_unit;

@@ -3,7 +3,8 @@
 //! ```text
 //! bytes -> UTF-8 text -> TOML with places      reader.rs   BadFile, BadToml
 //!       -> each table: known keys only         reader.rs   UnknownField, MissingField, WrongType, NotFinite
-//!       -> values and their ranges             drill.rs, counts.rs   OutOfRange, and the errors of the cycle
+//!       -> values and their ranges             drill.rs, counts.rs, path.rs   OutOfRange, OutOfTravel, Contradictory,
+//!                                                                       and the errors of the cycle
 //! ```
 //!
 //! Nothing is computed from a file that is not right as a whole. Lengths in mm, angles in degrees, times in s, driver
@@ -11,12 +12,17 @@
 
 mod axes;
 mod counts;
+mod cues;
 mod drill;
+mod path;
+mod points;
 mod reader;
 
 pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
 pub use drill::{DrillJob, Phi};
+pub use path::{Block, PathJob};
+pub use points::{Pace, PathPoint};
 
 use crate::machine::TICK_HZ;
 use hexstep::stepper::{StepMode, Timing};
@@ -41,6 +47,8 @@ pub enum Task {
     DrillPoint(Box<DrillJob>),
     /// Runs lines of step counts: `kind = "counts"`.
     Counts(CountsJob),
+    /// Follows a path of joints: `kind = "path"`.
+    Path(Box<PathJob>),
 }
 
 /// Where in which file something stands.
@@ -95,6 +103,9 @@ const TABLES: &[&str] = &[
     "machine",
     "stepper",
     "line",
+    "path",
+    "point",
+    "cue",
 ];
 
 impl Job {
@@ -126,7 +137,7 @@ impl Job {
         let document = source.document()?;
         let root = Table::root(&source, &document);
         root.known(TABLES)?;
-        let kinds = ["drill-point", "counts"];
+        let kinds = ["drill-point", "counts", "path"];
         let kind = root.word("kind", &kinds)?;
 
         let mut places = Places {
@@ -143,9 +154,16 @@ impl Job {
                 )?;
                 Task::DrillPoint(Box::new(DrillJob::read(&root, &timing, &places)?))
             }
-            _ => {
+            1 => {
                 root.known_for(kinds[kind], &["kind", "line", "stepper"])?;
                 Task::Counts(CountsJob::read(&root, &timing, &places)?)
+            }
+            _ => {
+                root.known_for(
+                    kinds[kind],
+                    &["kind", "machine", "path", "point", "cue", "stepper"],
+                )?;
+                Task::Path(Box::new(PathJob::read(&root, &timing, &places)?))
             }
         };
         Ok(Self {

@@ -4,6 +4,7 @@
 //! and travel limits.
 
 mod drill;
+mod path;
 mod settings;
 
 use crate::job::{CountsJob, Job, JobError, Task};
@@ -32,7 +33,7 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
     let settings = settings::settings(job)?;
     let path = match &job.task {
         Task::DrillPoint(drill) => Some((drill, drill::check(job, drill, &settings)?)),
-        Task::Counts(_) => None,
+        Task::Counts(_) | Task::Path(_) => None,
     };
     machine::with(|machine| {
         let configured = machine.controller.configure(settings);
@@ -42,6 +43,7 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         machine.run(1);
         machine.heard();
         match (&job.task, path) {
+            (Task::Path(path), _) => path::run(job, path, machine, progress)?,
             (Task::Counts(counts), _) => run_counts(job, counts, machine, progress)?,
             (_, Some((drill, cycle))) => drill::run(job, drill, cycle, machine, progress)?,
             (Task::DrillPoint(_), None) => {}

@@ -18,6 +18,10 @@ pub fn settings(job: &Job) -> Result<Settings, JobError> {
     let mut values = driver_values(job);
     match &job.task {
         Task::DrillPoint(drill) => values.extend(axis_values(&drill.axes)),
+        Task::Path(path) => {
+            values.extend(axis_values(&path.axes));
+            values.extend(contour_values(&path.contour, "path"));
+        }
         // A line of counts knows no unit and no limit but those of its own.
         Task::Counts(_) => {
             let free = AxisLimits {
@@ -81,10 +85,15 @@ fn axis_values(axes: &[AxisLimits; 6]) -> Vec<Value> {
 }
 
 /// `[machine]` and the path's table: what the contour may do.
-pub fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
-    vec![
+fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
+    let mut values = vec![
         (1003, contour.tolerance as f32, format!("{path}.tolerance")),
         (1004, contour.lever as f32, "machine.lever".into()),
         (1013, contour.trim_share as f32, "machine.trim_share".into()),
-    ]
+    ];
+    values.extend((0u16..).zip(contour.trim).map(|(motor, trim)| {
+        let key = format!("machine.trim[{motor}]");
+        (1030 + motor, trim as f32, key)
+    }));
+    values
 }

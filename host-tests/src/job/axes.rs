@@ -74,13 +74,13 @@ impl Contour {
         })
     }
 
-    /// Weighted length of one step of all joints together [mm]: how far whole steps can be off.
-    pub fn step(&self, axes: &[AxisLimits; 6]) -> f64 {
+    /// Weighted length of one step of all joints that move, together [mm]: how far whole steps can be off.
+    pub fn step(&self, axes: &[AxisLimits; 6], moves: [bool; 6]) -> f64 {
         let weights = self.weights();
-        let squares = axes
-            .iter()
-            .zip(weights)
-            .map(|(axis, weight)| (weight / axis.steps_per_unit).powi(2));
+        let of_step = |motor: usize| weights[motor] / axes[motor].steps_per_unit;
+        let squares = (0..6)
+            .filter(|motor| moves[*motor])
+            .map(|motor| of_step(motor).powi(2));
         squares.sum::<f64>().sqrt()
     }
 }

@@ -90,6 +90,23 @@ impl PathJob {
         Ok(job)
     }
 
+    /// The motors that the path moves.
+    pub fn moves(&self) -> [bool; 6] {
+        let (mut moves, mut from) = ([false; 6], [0; 6]);
+        for block in &self.blocks {
+            for (motor, moves) in moves.iter_mut().enumerate() {
+                *moves |= block.steps[motor] != from[motor];
+            }
+            from = block.steps;
+        }
+        moves
+    }
+
+    /// One step of all motors that move, as a length at the tool [mm].
+    pub fn step(&self) -> f64 {
+        self.contour.step(&self.axes, self.moves())
+    }
+
     /// Whether an operator's cue drops the rest of the path, and whether one moves motors off it.
     pub fn is_stopped(&self) -> bool {
         self.has_cue(|action| matches!(action, Action::Stop))

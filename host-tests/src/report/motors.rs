@@ -95,7 +95,7 @@ impl Quantity {
 pub fn window_for(axes: &[AxisLimits; 6], moves: [bool; 6]) -> f64 {
     let rises = axes.iter().zip(moves).filter(|(_, moves)| *moves);
     let shortest = rises.map(|(axis, _)| axis.acceleration / axis.jerk);
-    (0.4 * shortest.fold(f64::INFINITY, f64::min)).clamp(0.01, 0.03)
+    (0.6 * shortest.fold(f64::INFINITY, f64::min)).clamp(0.01, 0.04)
 }
 
 impl Motors {
@@ -206,21 +206,20 @@ impl Motors {
                 row
             })
             .collect();
-        let window = format!("over {:.0} ms", self.window * 1e3);
         let mut head = vec![
-            "motor".into(),
-            "rate over 64 gaps [1000 steps/s]".into(),
-            format!("speed [unit/s], {window}"),
-            format!("acceleration [unit/s²], {window}"),
+            "motor",
+            "rate [1000 steps/s]",
+            "speed [/s]",
+            "acceleration [/s²]",
         ];
         if jerks {
-            head.push(format!("jerk [unit/s³], {window}"));
+            head.push("jerk [/s³]");
         }
-        report.table(
-            "Largest values, rebuilt from the pulses, and limits",
-            &head.iter().map(String::as_str).collect::<Vec<_>>(),
-            &rows,
+        let caption = format!(
+            "Largest values, rebuilt from the pulses over {:.0} ms (the rate over 64 gaps), and limits",
+            self.window * 1e3
         );
+        report.table(&caption, &head, &rows);
     }
 
     /// Whether a motor's rebuilt speed, acceleration and jerk keep its limits, as far as pulses can tell.

@@ -23,19 +23,16 @@ pub struct PathFigures<'a> {
 impl<'a> PathFigures<'a> {
     pub fn of(job: &'a Job, path: &'a PathJob, outcome: &'a Outcome, wall: f64) -> Self {
         let channels = Channel::of_axes(&path.axes);
-        let (mut moves, mut at) = ([false; 6], [0; 6]);
-        for block in &path.blocks {
-            for motor in 0..6 {
-                moves[motor] |= block.steps[motor] != at[motor];
-            }
-            at = block.steps;
-        }
         // The path begins at rest at 0.
         let mut points = vec![[0.0; 6]];
         points.extend(path.points.iter().map(|point| point.at));
-        let slack = 4.0 * (path.contour.tolerance + path.contour.step(&path.axes));
+        let slack = 4.0 * (path.contour.tolerance + path.step());
         Self {
-            motors: Motors::of(&outcome.trace, &channels, window_for(&path.axes, moves)),
+            motors: Motors::of(
+                &outcome.trace,
+                &channels,
+                window_for(&path.axes, path.moves()),
+            ),
             contour: ContourError::of(
                 &outcome.trace,
                 &points,
@@ -66,7 +63,7 @@ impl<'a> PathFigures<'a> {
 
     /// Tolerance and one step [mm]: what the contour may be off.
     pub fn allowed(&self) -> f64 {
-        self.path.contour.tolerance + self.path.contour.step(&self.path.axes)
+        self.path.contour.tolerance + self.path.step()
     }
 
     /// Whether the contour is within [`Self::allowed`]; a trim is meant to leave it.
@@ -123,7 +120,7 @@ impl<'a> PathFigures<'a> {
                 "contour  off the path by at most {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
                 self.contour.largest * 1e3,
                 self.path.contour.tolerance * 1e3,
-                self.path.contour.step(&self.path.axes) * 1e3,
+                self.path.step() * 1e3,
                 if self.keeps_contour() {
                     ""
                 } else {
@@ -228,7 +225,7 @@ impl<'a> PathFigures<'a> {
             "at most {} µm off; tolerance {} µm and a step of {} µm",
             number(self.contour.largest * 1e3, 2),
             number(self.path.contour.tolerance * 1e3, 2),
-            number(self.path.contour.step(&self.path.axes) * 1e3, 2)
+            number(self.path.step() * 1e3, 2)
         );
         let mut rows: Vec<(&str, Cell)> = vec![
             ("Path", self.told_path().into()),
@@ -438,7 +435,7 @@ impl<'a> PathFigures<'a> {
             )
             .circle(
                 (0.0, 0.0),
-                0.008 * wide.max(high),
+                0.006 * wide.max(high),
                 Pen {
                     fill: crate::plot::INK,
                     ..Pen::EDGE

@@ -49,6 +49,26 @@ pub const DELIVERED: &[Delivered] = &[
         file: "host-tests/jobs/trochoid.toml",
         text: include_str!("../../jobs/trochoid.toml"),
     },
+    Delivered {
+        name: "frustum",
+        file: "host-tests/jobs/frustum.toml",
+        text: include_str!("../../jobs/frustum.toml"),
+    },
+    Delivered {
+        name: "pole-crossing",
+        file: "host-tests/jobs/pole-crossing.toml",
+        text: include_str!("../../jobs/pole-crossing.toml"),
+    },
+    Delivered {
+        name: "arm-path",
+        file: "host-tests/jobs/arm-path.toml",
+        text: include_str!("../../jobs/arm-path.toml"),
+    },
+    Delivered {
+        name: "two-sided",
+        file: "host-tests/jobs/two-sided.toml",
+        text: include_str!("../../jobs/two-sided.toml"),
+    },
 ];
 
 /// What `hexstep run` was asked for.

@@ -18,7 +18,7 @@ use hexstep::machines::five_axis::{self, Axis, Turned};
 use hexstep::machines::two_sided::SideError;
 
 /// Share of both tolerances that the chords of the joints may use.
-pub const CHORDS: f64 = 0.75;
+pub const CHORDS: f64 = 0.85;
 
 /// A straight move of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -112,22 +112,32 @@ pub(super) fn read_axes(
     timing: &Timing,
     places: &Places,
 ) -> Result<[AxisLimits; 6], JobError> {
+    read_joints(machine, std::array::from_fn(unit), timing, places)
+}
+
+/// The same for a machine of `N` joints with other units, mm or deg.
+pub(super) fn read_joints<const N: usize>(
+    machine: &Table<'_>,
+    units: [&'static str; N],
+    timing: &Timing,
+    places: &Places,
+) -> Result<[AxisLimits; N], JobError> {
     let steps =
-        machine.numbers::<6>("steps_per_unit", Kind::positive(1e6, "steps per mm or deg"))?;
-    let rates = machine.numbers::<6>("max_rate", Kind::positive(1e6, "mm/s or deg/s"))?;
+        machine.numbers::<N>("steps_per_unit", Kind::positive(1e6, "steps per mm or deg"))?;
+    let rates = machine.numbers::<N>("max_rate", Kind::positive(1e6, "mm/s or deg/s"))?;
     let accelerations =
-        machine.numbers::<6>("acceleration", Kind::positive(1e8, "mm/s2 or deg/s2"))?;
+        machine.numbers::<N>("acceleration", Kind::positive(1e8, "mm/s2 or deg/s2"))?;
     let jerks = if machine.has("jerk") {
-        machine.numbers::<6>("jerk", Kind::positive(1e12, "mm/s3 or deg/s3"))?
+        machine.numbers::<N>("jerk", Kind::positive(1e12, "mm/s3 or deg/s3"))?
     } else {
-        [JERK; 6]
+        [JERK; N]
     };
-    let travels = machine.ranges::<6>("travel")?;
-    for motor in 0..6 {
+    let travels = machine.ranges::<N>("travel")?;
+    for motor in 0..N {
         let refuse = |key: &str, name: &'static str, detail: String| {
             Err(places.refuse(&format!("machine.{key}[{motor}]"), name, detail))
         };
-        let unit = unit(motor);
+        let unit = units[motor];
         let (v, a, j) = (rates[motor], accelerations[motor], jerks[motor]);
         let rate = steps[motor] * v;
         let fastest = f64::from(timing.fastest());

@@ -14,15 +14,19 @@ mod axes;
 mod counts;
 mod cues;
 mod drill;
+mod model;
 mod path;
 mod points;
+mod poses;
 mod reader;
 
 pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
 pub use drill::{DrillJob, Phi};
+pub use model::{Model, PoseJoint, PoseMachine, side_error_name};
 pub use path::{Block, PathJob};
 pub use points::{Pace, PathPoint};
+pub use poses::{PoseRow, PosesJob};
 
 use crate::machine::TICK_HZ;
 use hexstep::stepper::{StepMode, Timing};
@@ -49,6 +53,8 @@ pub enum Task {
     Counts(CountsJob),
     /// Follows a path of joints: `kind = "path"`.
     Path(Box<PathJob>),
+    /// Takes a tool through poses, on any machine: `kind = "poses"`.
+    Poses(Box<PosesJob>),
 }
 
 /// Where in which file something stands.
@@ -106,6 +112,7 @@ const TABLES: &[&str] = &[
     "path",
     "point",
     "cue",
+    "joint",
 ];
 
 impl Job {
@@ -137,7 +144,7 @@ impl Job {
         let document = source.document()?;
         let root = Table::root(&source, &document);
         root.known(TABLES)?;
-        let kinds = ["drill-point", "counts", "path"];
+        let kinds = ["drill-point", "counts", "path", "poses"];
         let kind = root.word("kind", &kinds)?;
 
         let mut places = Places {
@@ -158,6 +165,13 @@ impl Job {
                 root.known_for(kinds[kind], &["kind", "line", "stepper"])?;
                 Task::Counts(CountsJob::read(&root, &timing, &places)?)
             }
+            3 => {
+                root.known_for(
+                    kinds[kind],
+                    &["kind", "machine", "joint", "path", "stepper"],
+                )?;
+                Task::Poses(Box::new(PosesJob::read(&root, &timing, &places)?))
+            }
             _ => {
                 root.known_for(
                     kinds[kind],
@@ -172,6 +186,18 @@ impl Job {
             timing,
             places,
         })
+    }
+
+    /// What the six motors are called.
+    pub fn motor_names(&self) -> [String; 6] {
+        match &self.task {
+            Task::Poses(poses) => {
+                let joints = &poses.machine.joints;
+                let name = |i: usize| joints.get(i).map(|joint| joint.name.clone());
+                std::array::from_fn(|i| name(i).unwrap_or_else(|| format!("motor{}", i + 1)))
+            }
+            _ => MOTORS.map(String::from),
+        }
     }
 
     /// An error about the value at `key`, for what shows only when the job is worked out.

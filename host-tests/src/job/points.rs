@@ -245,7 +245,7 @@ pub(super) fn read_csv(path: &Path, file: &str) -> Result<Vec<Row>, JobError> {
 }
 
 /// The cells of a line with their places.
-fn cells(line: usize, text: &str) -> impl Iterator<Item = (Place, &str)> {
+pub(super) fn cells(line: usize, text: &str) -> impl Iterator<Item = (Place, &str)> {
     let mut column = 1;
     text.split(',').map(move |cell| {
         let lead = cell.chars().take_while(|c| c.is_whitespace()).count();

@@ -7,6 +7,8 @@ mod ground;
 mod motors;
 mod outline;
 mod path;
+mod poses;
+mod space;
 
 pub use contour::ContourError;
 pub use counts::{CountsFigures, Deviation, LineFigures};
@@ -14,6 +16,8 @@ pub use drill::DrillFigures;
 pub use ground::{Feature, GroundDrill, Stroke};
 pub use motors::{Channel, MotorFigures, Motors, Quantity, pulse_trains, window_for};
 pub use path::PathFigures;
+pub use poses::PosesFigures;
+pub use space::Space;
 
 use crate::plot::escape;
 use std::fmt::Write;

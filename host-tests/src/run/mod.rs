@@ -5,11 +5,14 @@
 
 mod drill;
 mod path;
+pub mod poses;
 mod settings;
 
-use crate::job::{CountsJob, Job, JobError, Task};
+use crate::job::{CountsJob, DrillJob, Job, JobError, Task};
 use crate::machine::{self, Machine};
+use crate::poses::Plan;
 use crate::trace::{Trace, seconds};
+use hexstep::cycles::drill_point::Cycle;
 use hexstep::stepper::Preset;
 
 /// What a run has shown.
@@ -20,6 +23,16 @@ pub struct Outcome {
     pub counts: [i32; 6],
     /// Times that the queue ran dry in motion; must be 0.
     pub starved: u32,
+    /// What poses became, and when their path began.
+    pub poses: Option<RunPoses>,
+}
+
+/// The run of a job with poses.
+#[derive(Clone, Debug)]
+pub struct RunPoses {
+    pub plan: Plan,
+    /// When the first pose had been reached and the path began [counts].
+    pub start: u64,
 }
 
 /// Receives how far a job has come: done, of all.
@@ -30,10 +43,18 @@ pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
 /// # Errors
 /// A [`JobError`] with the key at fault: the path leaves the travel of a joint, or cannot be followed.
 pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
-    let settings = settings::settings(job)?;
+    let plan = match &job.task {
+        Task::Poses(poses) => {
+            let plan = Plan::of(job, poses)?;
+            let targets = poses::targets(job, poses, &plan)?;
+            Some((poses, plan, targets))
+        }
+        _ => None,
+    };
+    let settings = settings::settings(job, plan.as_ref().map(|(_, plan, _)| plan))?;
     let path = match &job.task {
-        Task::DrillPoint(drill) => Some((drill, drill::check(job, drill, &settings)?)),
-        Task::Counts(_) | Task::Path(_) => None,
+        Task::DrillPoint(drill) => Some((drill.as_ref(), drill::check(job, drill, &settings)?)),
+        Task::Counts(_) | Task::Path(_) | Task::Poses(_) => None,
     };
     machine::with(|machine| {
         let configured = machine.controller.configure(settings);
@@ -42,11 +63,11 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         machine.run_to_rest();
         machine.run(1);
         machine.heard();
-        match (&job.task, path) {
-            (Task::Path(path), _) => path::run(job, path, machine, progress)?,
-            (Task::Counts(counts), _) => run_counts(job, counts, machine, progress)?,
-            (_, Some((drill, cycle))) => drill::run(job, drill, cycle, machine, progress)?,
-            (Task::DrillPoint(_), None) => {}
+        let mut start = 0;
+        if let Some((poses, plan, targets)) = &plan {
+            start = poses::run(job, poses, plan, targets, machine, progress)?;
+        } else {
+            run_task(job, path, machine, progress)?;
         }
         // The last levels go out a tick after they were computed, and a pulse ends one later.
         machine.run(3);
@@ -54,8 +75,24 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
             counts: machine.controller.counts(),
             starved: machine.starved(),
             trace: machine.take_trace(),
+            poses: plan.map(|(_, plan, _)| RunPoses { plan, start }),
         })
     })
+}
+
+fn run_task(
+    job: &Job,
+    path: Option<(&DrillJob, Cycle<f32>)>,
+    machine: &mut Machine<'_>,
+    progress: Progress<'_>,
+) -> Result<(), JobError> {
+    match (&job.task, path) {
+        (Task::Path(path), _) => path::run(job, path, machine, progress)?,
+        (Task::Counts(counts), _) => run_counts(job, counts, machine, progress)?,
+        (_, Some((drill, cycle))) => drill::run(job, drill, cycle, machine, progress)?,
+        (Task::DrillPoint(_) | Task::Poses(_), None) => {}
+    }
+    Ok(())
 }
 
 fn run_counts(

@@ -2,6 +2,7 @@
 
 use crate::job::{AxisLimits, Contour, Job, JobError, Task};
 use crate::machine::TICK_HZ;
+use crate::poses::Plan;
 use crate::trace::seconds;
 use hexstep::settings::Settings;
 use hexstep::stepper::StepMode;
@@ -9,11 +10,11 @@ use hexstep::stepper::StepMode;
 /// A number of the machine's table, a value, and the key of the job that it comes from.
 type Value = (u16, f32, String);
 
-/// The settings of the machine that a job describes.
+/// The settings of the machine that a job describes; `plan` is what its poses became.
 ///
 /// # Errors
 /// `OutOfRange` at the key whose value the machine does not take.
-pub fn settings(job: &Job) -> Result<Settings, JobError> {
+pub fn settings(job: &Job, plan: Option<&Plan>) -> Result<Settings, JobError> {
     let mut settings = Settings::default();
     let mut values = driver_values(job);
     match &job.task {
@@ -21,6 +22,13 @@ pub fn settings(job: &Job) -> Result<Settings, JobError> {
         Task::Path(path) => {
             values.extend(axis_values(&path.axes));
             values.extend(contour_values(&path.contour, "path"));
+        }
+        Task::Poses(poses) => {
+            if let Some(plan) = plan {
+                let (axes, contour) = super::poses::limits(poses, plan);
+                values.extend(axis_values(&axes));
+                values.extend(contour_values(&contour, "path"));
+            }
         }
         // A line of counts knows no unit and no limit but those of its own.
         Task::Counts(_) => {

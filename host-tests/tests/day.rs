@@ -133,7 +133,8 @@ fn mixed_motion(seconds: f64, seed: u64) -> u64 {
                     cues(&mut r, m);
                     let targets = path(&mut r, here);
                     let end = targets.last().unwrap().steps;
-                    m.stream(targets.into_iter().map(StreamItem::Target), |_| {}).unwrap();
+                    m.stream(targets.into_iter().map(StreamItem::Target), |_| {})
+                        .unwrap();
                     Some(end.map(i64::from))
                 }
             };

@@ -998,7 +998,7 @@ fn pulses(program: &Program<6>, events: &[(usize, Event)]) -> Counted {
             }
         }
     }
-    while sender.len() > 0 {
+    while !sender.is_empty() {
         tick(&mut pins);
     }
     for _ in 0..3 {

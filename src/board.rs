@@ -11,6 +11,10 @@ pub trait Board {
     fn enable_drivers(&mut self, on: bool);
     /// New step mode of the interpolator; called with the motors at rest only.
     fn set_step_mode(&mut self, mode: crate::stepper::StepMode);
+    /// Whether the probe touches now.
+    fn touches(&self) -> bool {
+        false
+    }
     /// Why the clock does not run as it should, in words, if so: every time would be wrong.
     fn clock_fault(&self) -> Option<&'static str> {
         None

@@ -15,6 +15,7 @@ pub enum Error {
     BeyondTravel = 15,
     NotPositive = 19,
     Unsupported = 20,
+    InvalidTarget = 33,
     ValueRange = 52,
     SystemLocked = 56,
 }
@@ -25,12 +26,14 @@ impl Error {
     }
 }
 
-/// Motion was cut; the position is in doubt.
+/// The machine is locked until it is told otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Alarm {
-    /// Reset, or a dry queue, while the motors moved.
+    /// Reset, or a dry queue, while the motors moved: the position is in doubt.
     StoppedInMotion = 3,
+    /// The probe touches before its move has begun; the position is kept.
+    ProbeTouchesAtStart = 4,
 }
 
 impl Alarm {

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::math::Real;
-use crate::planner::{Limits, LimitsError, PathSetting};
+use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
 use crate::stepper::{StepMode, Timing};
 
 /// Motors of the controller.
@@ -62,7 +62,7 @@ const POSITIVE: f32 = 1e-6;
 const LARGE: f32 = 1e9;
 
 /// The table, ascending.
-pub const TABLE: [Row; 13] = [
+pub const TABLE: [Row; 15] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -116,6 +116,14 @@ pub const TABLE: [Row; 13] = [
         (0.0, 1.0),
         0.0,
     ),
+    single(
+        1013,
+        "share of the motors' limits that is kept for trims (0: no trims)",
+        "",
+        (0.0, 0.5),
+        0.0,
+    ),
+    axis(1030, "largest trim", "mm, deg", (0.0, 10.0), (0.1, 0.1)),
     axis(
         1040,
         "travel, lower end",
@@ -144,8 +152,10 @@ const LEVER: usize = 7;
 const MODE: usize = 8;
 const HOLD: usize = 9;
 const INTERNAL_CLOCK: usize = 10;
-const LOWER: usize = 11;
-const UPPER: usize = 12;
+const TRIM_SHARE: usize = 11;
+const TRIM_BOUND: usize = 12;
+const LOWER: usize = 13;
+const UPPER: usize = 14;
 
 /// Axes from this one on turn.
 const FIRST_TURNING: usize = 3;
@@ -261,6 +271,17 @@ impl Settings {
             *turning *= self.values[LEVER][0];
         }
         PathSetting::new(weight, Real::min(self.values[TOLERANCE][0], most)).ok()
+    }
+
+    /// Share of each motor's limits that is kept for trims.
+    pub fn trim_share(&self) -> f32 {
+        self.values[TRIM_SHARE][0]
+    }
+
+    /// Largest trim of each motor [steps].
+    pub fn trim_bound(&self) -> [i32; AXES] {
+        let bound = |i| Real::round(self.values[TRIM_BOUND][i] * self.values[STEPS][i]) as i32;
+        core::array::from_fn(|i| bound(i).min(MOST_TRIM))
     }
 
     /// Steps per mm or degree.

@@ -10,6 +10,7 @@ pub mod machine;
 pub mod mirror;
 pub mod pins;
 pub mod plot;
+pub mod poses;
 pub mod reference;
 pub mod report;
 pub mod run;

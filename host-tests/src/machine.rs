@@ -13,7 +13,9 @@
 use crate::pins::Pin;
 use crate::trace::{self, Trace};
 use hexstep::board::Board;
-use hexstep::controller::Controller;
+use hexstep::controller::{Controller, StreamError};
+use hexstep::error::Error;
+use hexstep::path::Target;
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
 use hexstep::stepper::{Interpolator, PinPort, SegmentQueue, Shared, StepMode, StepTimer, Timing};
@@ -51,6 +53,22 @@ impl Board for MemoryBoard<'_> {
     }
 }
 
+/// What a stream is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StreamItem {
+    Target(Target<AXES>),
+    /// A standstill behind what came before [s].
+    Dwell(f32),
+}
+
+/// Why a stream has not run, or not to its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    Start(Error),
+    /// The item behind so many targets was not taken.
+    Item(u64, StreamError),
+}
+
 /// A SysTick of memory: a period written in the handler counts from the wrap after the next one.
 struct SysTick {
     now: u64,
@@ -74,6 +92,7 @@ pub struct Machine<'a> {
     interpolator: Interpolator<'a, AXES>,
     receiver: Receiver<'a>,
     shared: &'a Shared,
+    flags: &'a RealTime,
     wires: &'a Wires,
     pins: Pins<'a>,
     timer: SysTick,
@@ -107,6 +126,7 @@ pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
         interpolator: Interpolator::new(segment_receiver, &shared, StepMode::Pulse, rest),
         receiver: Receiver::new(byte_sender, &flags),
         shared: &shared,
+        flags: &flags,
         wires: &wires,
         pins: PinPort {
             steps: Pin::all(&wires.levels),
@@ -135,6 +155,12 @@ impl Machine<'_> {
     pub fn say(&mut self, line: &str) {
         self.put(line.as_bytes());
         self.put(b"\n");
+    }
+
+    /// The probe touches: what the interrupt of its pin does.
+    pub fn touch(&mut self) {
+        self.shared.latch();
+        self.flags.raise(RealTime::TOUCH);
     }
 
     /// Everything answered since it was last asked for.
@@ -177,11 +203,54 @@ impl Machine<'_> {
             if self.controller.is_idle() {
                 return;
             }
-            // A segment has 40 ticks or more, but around a reversal.
-            for _ in 0..500 {
+            // A segment has 40 ticks or more, but around a reversal, and the foreground stays a few of them ahead.
+            for _ in 0..120 {
                 self.tick();
             }
         }
+    }
+
+    /// Starts a stream, feeds it with `items` as they find room, and runs to rest; the number of targets taken.
+    ///
+    /// # Errors
+    /// The refusal of the stream, or of an item; what came before has run.
+    pub fn stream(
+        &mut self,
+        items: impl IntoIterator<Item = StreamItem>,
+        mut watch: impl FnMut(u64),
+    ) -> Result<u64, Refusal> {
+        self.controller.start_stream().map_err(Refusal::Start)?;
+        let mut taken = 0;
+        let mut refused = Ok(());
+        'all: for item in items {
+            loop {
+                let pushed = match &item {
+                    StreamItem::Target(target) => self.controller.push(target),
+                    StreamItem::Dwell(duration) => self.controller.dwell(*duration).map(|()| true),
+                };
+                match pushed {
+                    Ok(true) => break,
+                    Ok(false) => {
+                        while self.controller.poll() {}
+                        // A millisecond at the floor of the tick rate: behind a hold the queue may hold but two.
+                        for _ in 0..Timing::FLOOR_HZ / 1000 {
+                            self.tick();
+                        }
+                        watch(taken);
+                    }
+                    Err(error) => {
+                        refused = Err(Refusal::Item(taken, error));
+                        break 'all;
+                    }
+                }
+            }
+            if matches!(item, StreamItem::Target(_)) {
+                taken += 1;
+            }
+        }
+        self.controller.end_stream();
+        self.run_to_rest();
+        refused.map(|()| taken)
     }
 
     /// Ticks at which the queue ran dry in motion.

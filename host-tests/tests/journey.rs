@@ -180,7 +180,7 @@ fn a_drill_cycle_ends_at_its_last_pose_with_nothing_lost() {
         m.run(5);
         assert!(
             m.heard()
-                .starts_with("<Idle|MPos:2.543,3.049,0.157,0.050,-0.998,1.732|")
+                .starts_with("<Idle|MPos:2.543,3.049,0.157,0.050,-0.999,1.732|")
         );
     });
 }

@@ -30,7 +30,7 @@ fn simulate(text: &str) -> (Job, Outcome) {
 fn drill_of(job: &Job) -> &DrillJob {
     match &job.task {
         Task::DrillPoint(drill) => drill,
-        Task::Counts(_) => panic!("a drill point"),
+        _ => panic!("a drill point"),
     }
 }
 
@@ -38,7 +38,7 @@ fn drill_of(job: &Job) -> &DrillJob {
 fn counts_of(job: &Job) -> &CountsJob {
     match &job.task {
         Task::Counts(counts) => counts,
-        Task::DrillPoint(_) => panic!("counts"),
+        _ => panic!("counts"),
     }
 }
 
@@ -250,6 +250,7 @@ fn the_figures_of_all_motors_are_those_of_each_alone() {
         steps_per_unit: 1.0,
         largest_rate: None,
         largest_acceleration: None,
+        largest_jerk: None,
     });
     let motors = Motors::of(&outcome.trace, &channels, 0.02);
     assert_eq!(motors.steps(), 494_446);

@@ -17,21 +17,31 @@
 //!
 //! Source: sections 5 and 6 of the five-axis specification.
 
-use super::way::{ClPoint, Way};
+use super::way::Course;
 use crate::joints::Joints;
 use crate::math::Real;
 
 /// Parts of a stretch: depth 12.
 const PARTS: u16 = 1 << 12;
 
-/// What a machine with `N` joints offers to be followed along CL points.
+/// An end of a course.
+pub type End<C, R> = <C as Course<R>>::End;
+
+/// What a machine with `N` joints offers to be followed along poses.
 pub trait Guide<const N: usize, R: Real> {
+    /// What leads from pose to pose: [`Way`](super::Way) between CL points, [`PoseWay`](super::PoseWay) between whole
+    /// poses.
+    type Course: Course<R>;
     /// A solved set of joints, with all that the bounds need.
     type Set: Copy;
     type Error: Copy;
 
-    /// Joints for a CL point, nearest to those before.
-    fn solve(&self, at: &ClPoint<R>, before: &Self::Set) -> Result<Self::Set, Self::Error>;
+    /// Joints for an end of the course, nearest to those before.
+    fn solve(
+        &self,
+        at: &End<Self::Course, R>,
+        before: &Self::Set,
+    ) -> Result<Self::Set, Self::Error>;
 
     /// Joint values [mm, rad].
     fn joints(&self, set: &Self::Set) -> Joints<N, R>;
@@ -39,8 +49,9 @@ pub trait Guide<const N: usize, R: Real> {
     /// `to - from`, joint by joint [mm, rad], exact in the turns.
     fn change(&self, from: &Self::Set, to: &Self::Set) -> Joints<N, R>;
 
-    /// Bounds of the tip error [mm] and the tool axis error [rad] when the joints run linearly between two CL points,
-    /// whose tips are `length` [mm] and whose axes are `chord` (length of their difference) apart. No axis bound where
+    /// Bounds of the tip error [mm] and the tool axis error [rad] when the joints run linearly between two ends,
+    /// whose tips are `length` [mm] and whose tools are a turn of `chord`
+    /// (2 sin(angle / 2)) apart. No axis bound where
     /// none is known.
     fn bound(&self, from: &Self::Set, to: &Self::Set, length: R, chord: R) -> (R, Option<R>);
 
@@ -48,8 +59,8 @@ pub trait Guide<const N: usize, R: Real> {
     /// a turn is wound back.
     fn is_reconfigured(
         &self,
-        from: (&ClPoint<R>, &Self::Set),
-        to: (&ClPoint<R>, &Self::Set),
+        from: (&End<Self::Course, R>, &Self::Set),
+        to: (&End<Self::Course, R>, &Self::Set),
     ) -> bool;
 
     /// Whether the set stands at a pole or on the border of what can be reached.
@@ -129,8 +140,8 @@ pub struct Block<const N: usize, R, S> {
 
 /// The stretch being emitted.
 #[derive(Clone, Copy, Debug)]
-struct Stretch<R, S> {
-    way: Way<R>,
+struct Stretch<C, R, S> {
+    way: C,
     /// Joints chosen for the end beforehand.
     end: Option<S>,
     feed: Feed<R>,
@@ -141,21 +152,35 @@ struct Stretch<R, S> {
     done: u16,
 }
 
-/// Follows CL points stretch by stretch, from the last solved set.
-#[derive(Debug)]
-pub struct Follower<'a, M, const N: usize, R, S> {
+/// Follows poses stretch by stretch, from the last solved set.
+pub struct Follower<'a, M, const N: usize, R: Real>
+where
+    M: Guide<N, R>,
+{
     machine: &'a M,
     tolerance: Tolerance<R>,
     /// End of the last block.
-    at: ClPoint<R>,
-    set: S,
+    at: End<M::Course, R>,
+    set: M::Set,
     /// End of the last stretch taken in.
-    target: ClPoint<R>,
-    stretch: Option<Stretch<R, S>>,
+    target: End<M::Course, R>,
+    stretch: Option<Stretch<M::Course, R, M::Set>>,
     segment: u32,
 }
 
-impl<'a, M, const N: usize, R: Real> Follower<'a, M, N, R, M::Set>
+impl<M, const N: usize, R: Real> core::fmt::Debug for Follower<'_, M, N, R>
+where
+    M: Guide<N, R>,
+{
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        // The machine's own types need not be shown.
+        f.debug_struct("Follower")
+            .field("segment", &self.segment)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, M, const N: usize, R: Real> Follower<'a, M, N, R>
 where
     M: Guide<N, R>,
 {
@@ -163,7 +188,7 @@ where
     pub fn new(
         machine: &'a M,
         tolerance: Tolerance<R>,
-        start: ClPoint<R>,
+        start: End<M::Course, R>,
         set: M::Set,
     ) -> Result<Self, Refusal<M::Error>> {
         let is_good = |x: R| x > R::ZERO && x.is_finite();
@@ -186,12 +211,12 @@ where
         &self.set
     }
 
-    /// Takes in the stretch to the next CL point, when all blocks of the one before have been emitted; `end` gives its
+    /// Takes in the stretch to the next pose, when all blocks of the one before have been emitted; `end` gives its
     /// joints if they have been chosen before. The stretch is walked to its end: when it is refused, nothing has
     /// changed and nothing of it will be emitted. Returns false, and does nothing, while blocks are left.
     pub fn push(
         &mut self,
-        to: ClPoint<R>,
+        to: End<M::Course, R>,
         end: Option<M::Set>,
         feed: Feed<R>,
     ) -> Result<bool, Refused<R, M::Error>> {
@@ -255,21 +280,24 @@ where
         joints.0.iter().fold(R::ONE, |most, q| most.max(q.abs()))
     }
 
+    // The types are those of the machine at hand; a name for them would have to carry all of its parameters.
+    #[allow(clippy::type_complexity)]
     fn stretch_to(
         &self,
-        to: ClPoint<R>,
+        to: End<M::Course, R>,
         end: Option<M::Set>,
         feed: Feed<R>,
-    ) -> Result<Stretch<R, M::Set>, Refusal<M::Error>> {
+    ) -> Result<Stretch<M::Course, R, M::Set>, Refusal<M::Error>> {
         let (Feed::Tip(amount) | Feed::Time(amount)) = feed;
-        let is_still = (to.p() - self.target.p()).norm() <= R::ZERO;
+        let shift = M::Course::tip(&to) - M::Course::tip(&self.target);
+        let is_still = shift.norm() <= R::ZERO;
         let has_speeds = self.machine.speeds().is_some();
         let needs_speeds = matches!(feed, Feed::Tip(_)) && is_still;
         if amount <= R::ZERO || !amount.is_finite() || (needs_speeds && !has_speeds) {
             return Err(Refusal::BadFeed);
         }
         Ok(Stretch {
-            way: Way::new(self.target, to).ok_or(Refusal::AntiParallel)?,
+            way: M::Course::new(self.target, to).ok_or(Refusal::AntiParallel)?,
             end,
             feed,
             is_whole: !self.tolerance.subdivide,
@@ -279,7 +307,10 @@ where
     }
 
     /// Walks a stretch without emitting; returns the set before its last block.
-    fn walk(&self, mut stretch: Stretch<R, M::Set>) -> Result<M::Set, Refused<R, M::Error>> {
+    fn walk(
+        &self,
+        mut stretch: Stretch<M::Course, R, M::Set>,
+    ) -> Result<M::Set, Refused<R, M::Error>> {
         let (mut at, mut set) = (self.at, self.set);
         let mut before = set;
         while stretch.done < PARTS {
@@ -302,9 +333,9 @@ fn advance<M, const N: usize, R: Real>(
     machine: &M,
     tolerance: &Tolerance<R>,
     segment: u32,
-    at: &mut ClPoint<R>,
+    at: &mut End<M::Course, R>,
     set: &mut M::Set,
-    stretch: &mut Stretch<R, M::Set>,
+    stretch: &mut Stretch<M::Course, R, M::Set>,
 ) -> Result<Block<N, R, M::Set>, Refused<R, M::Error>>
 where
     M: Guide<N, R>,
@@ -332,7 +363,7 @@ where
         })?;
 
         let length = stretch.way.length() * fraction::<R>(parts);
-        let chord = (to.v() - at.v()).norm();
+        let chord = M::Course::chord(at, &to);
         let (tip, axis) = machine.bound(set, &next, length, chord);
         let is_within = tip <= tolerance.tip && axis.is_some_and(|axis| axis <= tolerance.axis);
         if !is_within && !stretch.is_whole && parts > 1 {
@@ -367,7 +398,7 @@ where
 /// The time of a block [s], and the joint that stretches it.
 fn duration<M, const N: usize, R: Real>(
     machine: &M,
-    stretch: &Stretch<R, M::Set>,
+    stretch: &Stretch<M::Course, R, M::Set>,
     from: &M::Set,
     to: &M::Set,
     parts: u16,

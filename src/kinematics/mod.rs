@@ -5,11 +5,12 @@
 //! whose turning joints are within half a turn of `near`, and where a joint is free (a singular pose) it stays put.
 
 pub mod chain;
+pub mod chord;
 pub mod follow;
 pub mod inverse;
 pub mod way;
 
-pub use way::{ClPoint, Way};
+pub use way::{ClPoint, Course, PoseWay, Way};
 
 use crate::geometry::Pose;
 use crate::joints::Joints;

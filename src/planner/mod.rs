@@ -168,6 +168,7 @@ pub struct Planner<const N: usize> {
     dwell: u32,
     trim: Trim<N>,
     trim_share: f32,
+    trim_bound: [i32; N],
     /// The last sample said that nothing needs to follow.
     at_rest: bool,
     position: [I32F32; N],
@@ -199,6 +200,7 @@ impl<const N: usize> Planner<N> {
             dwell: 0,
             trim: Trim::new(),
             trim_share: 0.0,
+            trim_bound: [0; N],
             at_rest: true,
             position: start.map(I32F32::from_num),
             counters: Counters::default(),
@@ -293,9 +295,14 @@ impl<const N: usize> Planner<N> {
             position[i] = I32F32::from_bits(path[i] + self.trim.offset(i));
         }
         self.position = position;
+        let dwells = self.state == State::Running
+            && match self.ring.get(0) {
+                Some(head) => head.dwell > 0 && self.runner.x == 0,
+                None => self.dwell > 0,
+            };
         Some(Sample {
             position,
-            last: rests,
+            last: rests && !dwells,
         })
     }
 
@@ -307,6 +314,11 @@ impl<const N: usize> Planner<N> {
     /// At rest with nothing to do.
     pub fn is_idle(&self) -> bool {
         self.ring.len() == 0 && self.dwell == 0 && self.at_rest && self.trim.is_settled()
+    }
+
+    /// Whether the last sample left every joint at rest, on the path or at its end.
+    pub fn is_at_rest(&self) -> bool {
+        self.runner.is_resting() && self.trim.is_settled()
     }
 
     /// Blocks waiting, of [`BLOCKS`].
@@ -404,7 +416,7 @@ impl<const N: usize> Planner<N> {
     pub fn reset(&mut self, position: [i32; N]) {
         self.drop_path();
         self.trim = Trim::new();
-        self.allow_trim(self.trim_share, 0);
+        self.allow_trim(self.trim_share, self.trim_bound);
         self.trace = Trace::whole(position);
         self.tail = position;
         self.position = position.map(I32F32::from_num);
@@ -431,13 +443,14 @@ impl<const N: usize> Planner<N> {
         Ok(())
     }
 
-    /// Lets trims of up to `bound` steps (at most [`MOST_TRIM`]) use `share` (0 ..= 0.5) of each joint's limits; paths get
-    /// the rest. Only at rest; present trims stay.
-    pub fn set_trim_limits(&mut self, bound: i32, share: f32) -> Result<(), SettingError> {
+    /// Lets trims of up to `bound` steps of each joint (at most [`MOST_TRIM`]) use `share` (0 ..= 0.5) of its limits; paths
+    /// get the rest. Only at rest; present trims stay.
+    pub fn set_trim_limits(&mut self, bound: [i32; N], share: f32) -> Result<(), SettingError> {
         if !self.is_idle() {
             return Err(SettingError::Moving);
         }
-        if !(0..=MOST_TRIM).contains(&bound) || !(0.0..=0.5).contains(&share) {
+        let bounded = bound.iter().all(|b| (0..=MOST_TRIM).contains(b));
+        if !bounded || !(0.0..=0.5).contains(&share) {
             return Err(SettingError::Range);
         }
         self.trim_share = share;
@@ -454,11 +467,12 @@ impl<const N: usize> Planner<N> {
         self.trim.set(joint, steps)
     }
 
-    fn allow_trim(&mut self, share: f32, bound: i32) {
+    fn allow_trim(&mut self, share: f32, bound: [i32; N]) {
+        self.trim_bound = bound;
         let v = self.limits.velocity().map(|v| v * share * 1.0e-3);
         let a = self.limits.acceleration().map(|a| a * share * 1.0e-6);
         let j = self.limits.jerk().map(|j| j * share * 1.0e-9);
-        self.trim.allow(bound, &v, &a, &j);
+        self.trim.allow(&bound, &v, &a, &j);
     }
 
     fn plan(&self) -> Plan<'_, N> {

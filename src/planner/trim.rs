@@ -27,7 +27,7 @@ pub(super) struct Trim<const N: usize> {
     at: usize,
     /// Samples until all means are full of one value.
     settling: u16,
-    bound: i32,
+    bound: [i32; N],
 }
 
 impl<const N: usize> Trim<N> {
@@ -42,13 +42,13 @@ impl<const N: usize> Trim<N> {
             second_sum: [0; N],
             at: 0,
             settling: 0,
-            bound: 0,
+            bound: [0; N],
         }
     }
 
-    /// Largest offset [steps], and the share of velocity, acceleration and jerk [per ms] that it may use.
-    pub fn allow(&mut self, bound: i32, v: &[f32; N], a: &[f32; N], j: &[f32; N]) {
-        self.bound = bound.clamp(0, MOST_TRIM);
+    /// Largest offset of each joint [steps], and the share of velocity, acceleration and jerk [per ms] that it may use.
+    pub fn allow(&mut self, bound: &[i32; N], v: &[f32; N], a: &[f32; N], j: &[f32; N]) {
+        self.bound = bound.map(|b| b.clamp(0, MOST_TRIM));
         let t = BOX as f32;
         for i in 0..N {
             let rate = v[i].min(0.5 * a[i] * t).min(0.25 * j[i] * t * t);
@@ -58,11 +58,13 @@ impl<const N: usize> Trim<N> {
 
     /// New offset of one joint [steps]; held to the bound. Returns what was taken.
     pub fn set(&mut self, joint: usize, steps: i32) -> i32 {
-        let steps = steps.clamp(-self.bound, self.bound);
-        if let Some(target) = self.target.get_mut(joint) {
-            *target = steps << 16;
-            self.settling = 2 * BOX as u16;
-        }
+        let (Some(target), Some(bound)) = (self.target.get_mut(joint), self.bound.get(joint))
+        else {
+            return 0;
+        };
+        let steps = steps.clamp(-bound, *bound);
+        *target = steps << 16;
+        self.settling = 2 * BOX as u16;
         steps
     }
 

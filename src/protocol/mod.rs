@@ -3,7 +3,12 @@
 //! | byte or line | effect | answer |
 //! |---|---|---|
 //! | `?` | | `<State\|MPos:d1,d2,d3,t1,t2,t3\|...>` (mm, deg), any time, even inside a line |
-//! | 0x18 | motion stops at the next tick, everything queued is dropped | `ALARM:3` if it moved; banner |
+//! | `!` | feed hold: slows down on the path and waits there; a jog is dropped | |
+//! | `~` | goes on after a hold; starts a stream that waits for more | |
+//! | 0x85 | drops a jog within its braking distance | |
+//! | 0x90, 0x91 0x92, 0x93 0x94 | feed override 100 %, +10 -10, +1 -1 (10 to 200) | |
+//! | 0x95 0x96 0x97 | rapid override 100, 50, 25 % | |
+//! | 0x18 | motion stops at the next tick, everything queued is dropped; at rest, in a hold too, the position is kept | `ALARM:3` if it moved; banner |
 //! | `$` | | `[HLP:...]`, `ok` |
 //! | `$$` | | `$n=value` for each setting, `ok` |
 //! | `$n=value` | stores a setting (in memory; nothing outlives a restart yet) | `ok` |
@@ -11,6 +16,9 @@
 //! | `$X` | leaves the alarm state | `ok` |
 //! | `$STAT` | | `[MSG:...]` with the counters that must be 0, `ok` |
 //! | `$SEG=c0,c1,c2,c3,c4,c5,t` | six signed step counts in t seconds from rest to rest; `,CENTRED` or `,PUBLISHED` may follow | `ok` once queued |
+//! | `$MOVE=s0,s1,s2,s3,s4,s5,t` | next target of a joint path [steps], no sooner than t seconds after the one before; without t as fast as the motors may | `ok` once queued |
+//! | `$MOVE=END` | the path is complete; it starts then, when the look-ahead is full, or on `~` | `ok` |
+//! | `$CUE=ms,action` | at this millisecond of the next motion: `HOLD`, `RESUME`, `STOP`, `FEED,percent`, `RAPID,percent`, `TRIM,motor,steps` | `ok` |
 //! | `$DRILL` | | `[DRILL:D..,W..,...]`, `ok` |
 //! | `$DRILL=D..,W..,...` | sets drill parameters, all or nothing | `ok` |
 //! | `$DRILL=RUN` | checks the whole cycle against the travel, then grinds | `ok` when accepted |
@@ -19,6 +27,7 @@
 //! Every line gets exactly one `ok` or `error:n`. A refused one is explained before that in `[MSG:name field: what was
 //! expected]`, and has changed nothing.
 
+pub mod cue;
 pub mod line;
 pub mod receiver;
 pub mod report;

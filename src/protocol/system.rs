@@ -1,6 +1,7 @@
 //! `$` lines -> [`Command`], and the readings of numbers.
 
 use super::Line;
+use super::cue::Action;
 use crate::error::Error;
 use crate::program::words::{number, number64, whole};
 use crate::settings::AXES;
@@ -28,6 +29,17 @@ pub enum Command<'a> {
         seconds: f64,
         preset: Preset,
     },
+    /// The next target of a stream [steps], and the least time to it [s] (0: a rapid).
+    Move {
+        steps: [i32; AXES],
+        duration: f32,
+    },
+    MoveEnd,
+    Cue {
+        /// Milliseconds of the motion.
+        at: u32,
+        action: Action,
+    },
 }
 
 /// Reads a line, all or nothing.
@@ -47,11 +59,14 @@ pub fn parse(line: &Line) -> Result<Command<'_>, Error> {
         "STAT" => Command::Counters,
         "DRILL" => Command::DrillShow,
         "DRILL=RUN" => Command::DrillRun,
+        "MOVE=END" => Command::MoveEnd,
         _ => {
             let (name, value) = rest.split_once('=').ok_or(Error::UnknownCommand)?;
             match name {
                 "DRILL" => Command::DrillSet(value),
                 "SEG" => counts(value)?,
+                "MOVE" => target(value)?,
+                "CUE" => cue(value)?,
                 _ => Command::Set {
                     number: whole(name)
                         .and_then(|n| u16::try_from(n).ok())
@@ -81,6 +96,50 @@ fn counts(text: &str) -> Result<Command<'_>, Error> {
             seconds,
             preset,
         }),
+        Some(_) => Err(Error::BadNumber),
+    }
+}
+
+fn target(text: &str) -> Result<Command<'_>, Error> {
+    let mut words = text.split(',');
+    let mut steps = [0; AXES];
+    for step in &mut steps {
+        *step = words.next().and_then(whole).ok_or(Error::BadNumber)?;
+    }
+    let duration = match words.next() {
+        None => 0.0,
+        Some(word) => number(word).ok_or(Error::BadNumber)?,
+    };
+    match words.next() {
+        None => Ok(Command::Move { steps, duration }),
+        Some(_) => Err(Error::BadNumber),
+    }
+}
+
+/// `ms,HOLD`, `RESUME`, `STOP`, `FEED,percent`, `RAPID,percent`, `TRIM,motor,steps`.
+fn cue(text: &str) -> Result<Command<'_>, Error> {
+    let mut words = text.split(',');
+    let at = words.next().and_then(whole).ok_or(Error::BadNumber)?;
+    let at = u32::try_from(at).map_err(|_| Error::Negative)?;
+    let name = words.next().ok_or(Error::BadNumber)?;
+    let mut value = || words.next().and_then(whole).ok_or(Error::BadNumber);
+    let action = match name {
+        "HOLD" => Action::Hold,
+        "RESUME" => Action::Resume,
+        "STOP" => Action::Stop,
+        "FEED" => Action::Feed(value()? as f32 / 100.0),
+        "RAPID" => Action::Rapid(value()? as f32 / 100.0),
+        "TRIM" => {
+            let motor = usize::try_from(value()?).map_err(|_| Error::Negative)?;
+            Action::Trim {
+                motor,
+                steps: value()?,
+            }
+        }
+        _ => return Err(Error::UnknownCommand),
+    };
+    match words.next() {
+        None => Ok(Command::Cue { at, action }),
         Some(_) => Err(Error::BadNumber),
     }
 }

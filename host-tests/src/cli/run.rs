@@ -5,8 +5,8 @@
 
 use crate::export::{self, Span};
 use crate::files::write_whole;
-use crate::job::{Job, JobError, MOTORS, Task};
-use crate::report::{CountsFigures, DrillFigures};
+use crate::job::{Job, JobError, Task};
+use crate::report::{CountsFigures, DrillFigures, PathFigures, PosesFigures};
 use crate::run;
 use crate::trace::{Trace, bits, seconds};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -33,6 +33,41 @@ pub const DELIVERED: &[Delivered] = &[
         name: "counts",
         file: "host-tests/jobs/counts.toml",
         text: include_str!("../../jobs/counts.toml"),
+    },
+    Delivered {
+        name: "stop-to-stop",
+        file: "host-tests/jobs/stop-to-stop.toml",
+        text: include_str!("../../jobs/stop-to-stop.toml"),
+    },
+    Delivered {
+        name: "circle",
+        file: "host-tests/jobs/circle.toml",
+        text: include_str!("../../jobs/circle.toml"),
+    },
+    Delivered {
+        name: "trochoid",
+        file: "host-tests/jobs/trochoid.toml",
+        text: include_str!("../../jobs/trochoid.toml"),
+    },
+    Delivered {
+        name: "frustum",
+        file: "host-tests/jobs/frustum.toml",
+        text: include_str!("../../jobs/frustum.toml"),
+    },
+    Delivered {
+        name: "pole-crossing",
+        file: "host-tests/jobs/pole-crossing.toml",
+        text: include_str!("../../jobs/pole-crossing.toml"),
+    },
+    Delivered {
+        name: "arm-path",
+        file: "host-tests/jobs/arm-path.toml",
+        text: include_str!("../../jobs/arm-path.toml"),
+    },
+    Delivered {
+        name: "two-sided",
+        file: "host-tests/jobs/two-sided.toml",
+        text: include_str!("../../jobs/two-sided.toml"),
     },
 ];
 
@@ -95,13 +130,27 @@ pub fn run(request: &Request) -> u8 {
             let figures = CountsFigures::of(&job, counts, &outcome, wall);
             (figures.summary(), figures.html(), figures.is_sound())
         }
+        Task::Path(path) => {
+            let figures = PathFigures::of(&job, path, &outcome, wall);
+            (figures.summary(), figures.html(), figures.is_sound())
+        }
+        Task::Poses(poses) => {
+            let figures = PosesFigures::of(&job, poses, &outcome, wall);
+            (figures.summary(), figures.html(), figures.is_sound())
+        }
     };
     let folder = request
         .out
         .clone()
         .unwrap_or_else(|| Path::new("target/hexstep").join(&job.name));
     bar.set_message("writing");
-    let written = write_results(&folder, &html, request.extent, &outcome.trace);
+    let written = write_results(
+        &folder,
+        &html,
+        request.extent,
+        &outcome.trace,
+        &job.motor_names(),
+    );
     bar.finish_and_clear();
 
     let mut text = format!("job      {}\n", job.name);
@@ -136,7 +185,7 @@ pub fn list() -> u8 {
     for job in DELIVERED {
         text.push_str(&format!("{:<14}{}\n", job.name, job.file));
         // The comment at the head of the file tells what it is.
-        for line in job.text.lines().take_while(|line| line.starts_with('#')) {
+        for line in job.text.lines().take_while(|line| line.starts_with("# ")) {
             text.push_str(&format!(
                 "{:14}{}\n",
                 "",
@@ -172,6 +221,7 @@ fn write_results(
     html: &str,
     extent: Extent,
     trace: &Trace<6>,
+    names: &[String; 6],
 ) -> io::Result<Vec<String>> {
     let report = folder.join("report.html");
     write_whole(&report, |out| out.write_all(html.as_bytes()))?;
@@ -181,10 +231,9 @@ fn write_results(
         Extent::All => Span::ALL,
         Extent::Start => first_steps(trace, MOST_STEPS),
     };
-    let names = MOTORS.map(String::from);
     let (vcd, csv) = (folder.join("trace.vcd"), folder.join("trace.csv"));
-    export::vcd_file(&vcd, trace, &names, span)?;
-    export::csv_file(&csv, trace, &names, span)?;
+    export::vcd_file(&vcd, trace, names, span)?;
+    export::csv_file(&csv, trace, names, span)?;
     lines.extend([told("waves", &vcd)?, told("steps", &csv)?]);
     if span != Span::ALL {
         lines.push(format!(
@@ -198,7 +247,7 @@ fn write_results(
             steps[motor] += 1;
         }
     }
-    let counted: Vec<String> = MOTORS
+    let counted: Vec<String> = names
         .iter()
         .zip(steps)
         .map(|(name, n)| format!("{name} {n}"))

@@ -1,5 +1,6 @@
 //! Jobs of kind `drill-point`: the drill, the arm, the cycle, and what its six motors can do.
 
+use super::axes::{AXES, AxisLimits, read_axes};
 use super::reader::{Kind, Table};
 use super::{JobError, Places};
 use hexstep::cycles::drill_point::{
@@ -10,28 +11,12 @@ use hexstep::machines::DrillGrinder;
 use hexstep::math::Real;
 use hexstep::stepper::Timing;
 
-/// The motors of the drill grinder, in the order of every array in a job file.
-pub const MOTORS: [&str; 6] = ["d1", "d2", "d3", "theta1", "theta2", "theta3"];
-
 /// How phi was chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phi {
     Given,
     /// By the heel clearance it gives: `phi = "auto"`.
     Suggested,
-}
-
-/// What one motor can do, in the unit of its joint (mm or degrees).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisLimits {
-    /// [steps/unit]
-    pub steps_per_unit: f64,
-    /// [unit/s]
-    pub max_rate: f64,
-    /// [unit/s2]
-    pub acceleration: f64,
-    /// [unit]
-    pub travel: (f64, f64),
 }
 
 /// A drill point to be ground. Lengths in mm, angles in degrees.
@@ -84,7 +69,6 @@ const CYCLE: &[&str] = &[
     "infeed_speed",
     "variant",
 ];
-const MACHINE: &[&str] = &["steps_per_unit", "max_rate", "acceleration", "travel"];
 
 /// Longest arm and largest drill that are taken for meant [mm].
 const LONGEST: f64 = 10_000.0;
@@ -104,7 +88,7 @@ impl DrillJob {
         drill.known(DRILL)?;
         structure.known(STRUCTURE)?;
         cycle.known(CYCLE)?;
-        machine.known(MACHINE)?;
+        machine.known(AXES)?;
 
         // Ranges that the cycle itself checks, with better words, are left to it.
         let any = Kind::ANY;
@@ -268,37 +252,4 @@ impl DrillJob {
             _ => return None,
         })
     }
-}
-
-/// `[machine]`: one number for each motor and key.
-fn read_axes(
-    machine: &Table<'_>,
-    timing: &Timing,
-    places: &Places,
-) -> Result<[AxisLimits; 6], JobError> {
-    let steps =
-        machine.numbers::<6>("steps_per_unit", Kind::positive(1e7, "steps per mm or deg"))?;
-    let rates = machine.numbers::<6>("max_rate", Kind::positive(1e6, "mm/s or deg/s"))?;
-    let accelerations =
-        machine.numbers::<6>("acceleration", Kind::positive(1e8, "mm/s2 or deg/s2"))?;
-    let travels = machine.ranges::<6>("travel")?;
-    for motor in 0..6 {
-        let rate = steps[motor] * rates[motor];
-        let fastest = f64::from(timing.fastest());
-        if rate > fastest {
-            let detail = format!(
-                "{} {} times {} steps are {rate:.0} steps/s, more than the {fastest:.0} steps/s that the pulse time allows; lower max_rate or pulse_us",
-                rates[motor],
-                if motor < 3 { "mm/s" } else { "deg/s" },
-                steps[motor],
-            );
-            return Err(places.refuse(&format!("machine.max_rate[{motor}]"), "OutOfRange", detail));
-        }
-    }
-    Ok(std::array::from_fn(|motor| AxisLimits {
-        steps_per_unit: steps[motor],
-        max_rate: rates[motor],
-        acceleration: accelerations[motor],
-        travel: travels[motor],
-    }))
 }

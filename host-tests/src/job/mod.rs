@@ -3,18 +3,30 @@
 //! ```text
 //! bytes -> UTF-8 text -> TOML with places      reader.rs   BadFile, BadToml
 //!       -> each table: known keys only         reader.rs   UnknownField, MissingField, WrongType, NotFinite
-//!       -> values and their ranges             drill.rs, counts.rs   OutOfRange, and the errors of the cycle
+//!       -> values and their ranges             drill.rs, counts.rs, path.rs   OutOfRange, OutOfTravel, Contradictory,
+//!                                                                       and the errors of the cycle
 //! ```
 //!
 //! Nothing is computed from a file that is not right as a whole. Lengths in mm, angles in degrees, times in s, driver
 //! times in microseconds; each key is told in `jobs/*.toml`.
 
+mod axes;
 mod counts;
+mod cues;
 mod drill;
+mod model;
+mod path;
+mod points;
+mod poses;
 mod reader;
 
+pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
-pub use drill::{AxisLimits, DrillJob, MOTORS, Phi};
+pub use drill::{DrillJob, Phi};
+pub use model::{Model, PoseJoint, PoseMachine, side_error_name};
+pub use path::{Block, PathJob};
+pub use points::{Pace, PathPoint};
+pub use poses::{PoseRow, PosesJob};
 
 use crate::machine::TICK_HZ;
 use hexstep::stepper::{StepMode, Timing};
@@ -39,6 +51,10 @@ pub enum Task {
     DrillPoint(Box<DrillJob>),
     /// Runs lines of step counts: `kind = "counts"`.
     Counts(CountsJob),
+    /// Follows a path of joints: `kind = "path"`.
+    Path(Box<PathJob>),
+    /// Takes a tool through poses, on any machine: `kind = "poses"`.
+    Poses(Box<PosesJob>),
 }
 
 /// Where in which file something stands.
@@ -93,6 +109,10 @@ const TABLES: &[&str] = &[
     "machine",
     "stepper",
     "line",
+    "path",
+    "point",
+    "cue",
+    "joint",
 ];
 
 impl Job {
@@ -124,7 +144,7 @@ impl Job {
         let document = source.document()?;
         let root = Table::root(&source, &document);
         root.known(TABLES)?;
-        let kinds = ["drill-point", "counts"];
+        let kinds = ["drill-point", "counts", "path", "poses"];
         let kind = root.word("kind", &kinds)?;
 
         let mut places = Places {
@@ -141,9 +161,23 @@ impl Job {
                 )?;
                 Task::DrillPoint(Box::new(DrillJob::read(&root, &timing, &places)?))
             }
-            _ => {
+            1 => {
                 root.known_for(kinds[kind], &["kind", "line", "stepper"])?;
                 Task::Counts(CountsJob::read(&root, &timing, &places)?)
+            }
+            3 => {
+                root.known_for(
+                    kinds[kind],
+                    &["kind", "machine", "joint", "path", "stepper"],
+                )?;
+                Task::Poses(Box::new(PosesJob::read(&root, &timing, &places)?))
+            }
+            _ => {
+                root.known_for(
+                    kinds[kind],
+                    &["kind", "machine", "path", "point", "cue", "stepper"],
+                )?;
+                Task::Path(Box::new(PathJob::read(&root, &timing, &places)?))
             }
         };
         Ok(Self {
@@ -152,6 +186,18 @@ impl Job {
             timing,
             places,
         })
+    }
+
+    /// What the six motors are called.
+    pub fn motor_names(&self) -> [String; 6] {
+        match &self.task {
+            Task::Poses(poses) => {
+                let joints = &poses.machine.joints;
+                let name = |i: usize| joints.get(i).map(|joint| joint.name.clone());
+                std::array::from_fn(|i| name(i).unwrap_or_else(|| format!("motor{}", i + 1)))
+            }
+            _ => MOTORS.map(String::from),
+        }
     }
 
     /// An error about the value at `key`, for what shows only when the job is worked out.

@@ -10,6 +10,8 @@ use toml::de::{DeTable, DeValue};
 pub(super) struct Source<'a> {
     file: &'a str,
     text: &'a str,
+    /// Where each line begins [bytes].
+    lines: Vec<usize>,
 }
 
 impl<'a> Source<'a> {
@@ -26,13 +28,19 @@ impl<'a> Source<'a> {
         match std::str::from_utf8(bytes) {
             Ok(text) if text.trim().is_empty() => refuse(
                 None,
-                "it is empty; a job file is TOML text that begins with kind = \"drill-point\" or kind = \"counts\"",
+                "it is empty; a job file is TOML text that begins with kind = \"drill-point\", kind = \"counts\" or kind = \"path\"",
             ),
             Ok(text) if text.contains('\0') => refuse(
                 None,
                 "it holds bytes that no text has; a job file is TOML text in UTF-8",
             ),
-            Ok(text) => Ok(Self { file, text }),
+            Ok(text) => {
+                let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+                let lines = std::iter::once(0)
+                    .chain(ends.map(|(at, _)| at + 1))
+                    .collect();
+                Ok(Self { file, text, lines })
+            }
             Err(error) => {
                 let good = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
                 let place = place_of(&good, good.len());
@@ -58,7 +66,14 @@ impl<'a> Source<'a> {
     }
 
     fn place(&self, span: &Range<usize>) -> Place {
-        place_of(self.text, span.start)
+        // By the table of lines, so that a file of many points takes no time.
+        let line = self.lines.partition_point(|begin| *begin <= span.start);
+        let begin = self.lines[line.saturating_sub(1)];
+        let within = place_of(&self.text[begin..], span.start - begin);
+        Place {
+            line,
+            column: within.column,
+        }
     }
 }
 
@@ -135,7 +150,7 @@ impl Kind {
     }
 }
 
-type Entry<'a> = (&'a Range<usize>, &'a DeValue<'a>);
+type Entry<'a, 's> = (&'s Range<usize>, &'a DeValue<'a>);
 
 /// An element of an array: its key, its place in the text, its value.
 type Element<'a> = (String, Range<usize>, &'a DeValue<'a>);
@@ -264,7 +279,7 @@ impl<'a> Table<'a> {
 
     /// The tables of an array of tables, at least one.
     pub fn tables(&self, key: &str) -> Result<Vec<Table<'a>>, JobError> {
-        let (span, value) = self.entry(key, "..., as tables [[line]]")?;
+        let (span, value) = self.entry(key, &format!("..., as tables [[{key}]]"))?;
         let expected = format!("at least one table [[{key}]]");
         let DeValue::Array(items) = value else {
             return Err(self.wrong_type(&span, key, &expected, value));
@@ -288,6 +303,37 @@ impl<'a> Table<'a> {
         Ok(tables)
     }
 
+    /// The same, or none at all.
+    pub fn tables_if_any(&self, key: &str) -> Result<Vec<Table<'a>>, JobError> {
+        if self.has(key) {
+            self.tables(key)
+        } else {
+            Ok(Vec::new())
+        }
+    }
+
+    /// A string that is not empty.
+    pub fn text(&self, key: &str) -> Result<&'a str, JobError> {
+        let (span, value) = self.entry(key, "a string")?;
+        match value {
+            DeValue::String(text) if !text.is_empty() => Ok(text),
+            found => Err(self.wrong_type(&span, key, "a string that is not empty", found)),
+        }
+    }
+
+    /// `true` or `false`; `false` where it is left out.
+    pub fn flag(&self, key: &str) -> Result<bool, JobError> {
+        match self
+            .entries
+            .get(key)
+            .map(|value| (value.span(), value.get_ref()))
+        {
+            None => Ok(false),
+            Some((_, DeValue::Boolean(flag))) => Ok(*flag),
+            Some((span, found)) => Err(self.wrong_type(&span, key, "true or false", found)),
+        }
+    }
+
     /// A number, whole or not.
     pub fn number(&self, key: &str, kind: Kind) -> Result<f64, JobError> {
         let (span, value) = self.entry(key, "a number")?;
@@ -302,7 +348,12 @@ impl<'a> Table<'a> {
         }
     }
 
-    fn number_of(&self, key: &str, (span, value): Entry<'_>, kind: Kind) -> Result<f64, JobError> {
+    fn number_of(
+        &self,
+        key: &str,
+        (span, value): Entry<'_, '_>,
+        kind: Kind,
+    ) -> Result<f64, JobError> {
         let place = Some(self.source.place(span));
         let read = match value {
             DeValue::Float(number) => number.as_str().parse::<f64>().ok(),
@@ -347,7 +398,7 @@ impl<'a> Table<'a> {
     fn whole_of(
         &self,
         key: &str,
-        (span, value): Entry<'_>,
+        (span, value): Entry<'_, '_>,
         least: i64,
         most: i64,
     ) -> Result<i64, JobError> {
@@ -387,6 +438,26 @@ impl<'a> Table<'a> {
         })
     }
 
+    /// An array of N of some words, by their indices.
+    pub fn words<const N: usize>(&self, key: &str, words: &[&str]) -> Result<[usize; N], JobError> {
+        let mut found = [0; N];
+        for (index, (key, span, value)) in found.iter_mut().zip(self.elements::<N>(key, "names")?) {
+            let choice = words.join(", ");
+            let DeValue::String(word) = value else {
+                let expected = format!("one of the names {choice}");
+                return Err(self.wrong_type(&span, &key, &expected, value));
+            };
+            *index = words
+                .iter()
+                .position(|known| known == word)
+                .ok_or_else(|| {
+                    let detail = format!("expected one of {choice}, found \"{word}\"");
+                    self.refuse(Some(self.source.place(&span)), &key, "UnknownName", detail)
+                })?;
+        }
+        Ok(found)
+    }
+
     /// Whether the value is a string.
     pub fn is_word(&self, key: &str) -> bool {
         self.entries
@@ -395,10 +466,19 @@ impl<'a> Table<'a> {
     }
 
     fn elements<const N: usize>(&self, key: &str, of: &str) -> Result<[Element<'a>; N], JobError> {
+        let (span, value) = self.entry(key, &format!("an array of {N} {of}"))?;
+        self.elements_of(key, (&span, value), of)
+    }
+
+    fn elements_of<const N: usize>(
+        &self,
+        key: &str,
+        (span, value): Entry<'a, '_>,
+        of: &str,
+    ) -> Result<[Element<'a>; N], JobError> {
         let expected = format!("an array of {N} {of}");
-        let (span, value) = self.entry(key, &expected)?;
         let DeValue::Array(items) = value else {
-            return Err(self.wrong_type(&span, key, &expected, value));
+            return Err(self.wrong_type(span, key, &expected, value));
         };
         let elements: Vec<_> = items
             .iter()
@@ -408,8 +488,34 @@ impl<'a> Table<'a> {
         let found = elements.len();
         elements.try_into().map_err(|_| {
             let detail = format!("expected {expected}, found {found}");
-            self.refuse(Some(self.source.place(&span)), key, "WrongType", detail)
+            self.refuse(Some(self.source.place(span)), key, "WrongType", detail)
         })
+    }
+
+    /// An array of at least one and at most `most` arrays of N numbers.
+    pub fn rows<const N: usize>(&self, key: &str, most: usize) -> Result<Vec<[f64; N]>, JobError> {
+        let expected = format!("an array of 1 to {most} arrays of {N} numbers");
+        let (span, value) = self.entry(key, &expected)?;
+        let DeValue::Array(items) = value else {
+            return Err(self.wrong_type(&span, key, &expected, value));
+        };
+        if items.is_empty() || items.len() > most {
+            let place = Some(self.source.place(&span));
+            let detail = format!("expected {expected}, found {}", items.len());
+            return Err(self.refuse(place, key, "OutOfRange", detail));
+        }
+        let mut rows = Vec::with_capacity(items.len());
+        for (index, item) in items.iter().enumerate() {
+            let key = format!("{key}[{index}]");
+            let entry = (&item.span(), item.get_ref());
+            let mut row = [0.0; N];
+            let elements = self.elements_of::<N>(&key, entry, "numbers")?;
+            for (number, (key, span, value)) in row.iter_mut().zip(elements) {
+                *number = self.number_of(&key, (&span, value), Kind::ANY)?;
+            }
+            rows.push(row);
+        }
+        Ok(rows)
     }
 
     /// An array of N numbers.

@@ -2,3 +2,5 @@
 
 pub mod five_axis;
 pub mod grinding;
+pub mod matrix;
+pub mod serial;

@@ -63,6 +63,7 @@ impl<'a> CountsFigures<'a> {
             steps_per_unit: 1.0,
             largest_rate: Some(f64::from(job.timing.fastest())),
             largest_acceleration: None,
+            largest_jerk: None,
         });
         Self {
             motors: Motors::of(&outcome.trace, &channels, 0.02),

@@ -27,16 +27,7 @@ const WINDOW: f64 = 0.02;
 
 impl<'a> DrillFigures<'a> {
     pub fn of(job: &'a Job, drill: &'a DrillJob, outcome: &'a Outcome, wall: f64) -> Self {
-        let channels = std::array::from_fn(|motor| {
-            let axis = &drill.axes[motor];
-            Channel {
-                name: MOTORS[motor].into(),
-                unit: if motor < 3 { "mm" } else { "deg" },
-                steps_per_unit: axis.steps_per_unit,
-                largest_rate: Some(axis.max_rate * axis.steps_per_unit),
-                largest_acceleration: Some(axis.acceleration * axis.steps_per_unit),
-            }
-        });
+        let channels = Channel::of_axes(&drill.axes);
         let cycle = Cycle::new(&drill.parameters::<f64>());
         let cycle = cycle.expect("made when the job was read");
         let warning = cycle.stroke().warning();

@@ -1,15 +1,23 @@
 //! Figures and tables -> one HTML page that needs nothing else: no network, no script, and it prints well.
 
+mod contour;
 mod counts;
 mod drill;
 mod ground;
 mod motors;
 mod outline;
+mod path;
+mod poses;
+mod space;
 
+pub use contour::ContourError;
 pub use counts::{CountsFigures, Deviation, LineFigures};
 pub use drill::DrillFigures;
 pub use ground::{Feature, GroundDrill, Stroke};
-pub use motors::{Channel, MotorFigures, Motors, pulse_trains};
+pub use motors::{Channel, MotorFigures, Motors, Quantity, pulse_trains, window_for};
+pub use path::PathFigures;
+pub use poses::PosesFigures;
+pub use space::Space;
 
 use crate::plot::escape;
 use std::fmt::Write;

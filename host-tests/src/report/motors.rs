@@ -1,6 +1,7 @@
 //! A trace -> what each motor did, beside what it may do: a table, and charts over time.
 
 use super::{Cell, Report};
+use crate::job::{AxisLimits, MOTORS, unit};
 use crate::plot::{Chart, Waves, colour, number};
 use crate::trace::{Change, Motion, MotorStatistics, TICK_HZ, Trace, seconds};
 
@@ -11,9 +12,28 @@ pub struct Channel {
     /// `"mm"`, `"deg"` or `"steps"`.
     pub unit: &'static str,
     pub steps_per_unit: f64,
-    /// [steps/s] and [steps/s2], where there is a limit.
+    /// [steps/s], [steps/s2] and [steps/s3], where there is a limit.
     pub largest_rate: Option<f64>,
     pub largest_acceleration: Option<f64>,
+    pub largest_jerk: Option<f64>,
+}
+
+impl Channel {
+    /// The motors of a job, with the limits of its `[machine]`.
+    pub fn of_axes(axes: &[AxisLimits; 6]) -> [Self; 6] {
+        std::array::from_fn(|motor| {
+            let axis = &axes[motor];
+            let steps = axis.steps_per_unit;
+            Self {
+                name: MOTORS[motor].into(),
+                unit: unit(motor),
+                steps_per_unit: steps,
+                largest_rate: Some(axis.max_rate * steps),
+                largest_acceleration: Some(axis.acceleration * steps),
+                largest_jerk: Some(axis.jerk * steps),
+            }
+        })
+    }
 }
 
 /// What the trace says of one motor.
@@ -22,9 +42,10 @@ pub struct MotorFigures {
     pub channel: Channel,
     pub statistics: MotorStatistics,
     pub motion: Motion,
-    /// Rebuilt over the window [steps/s] and [steps/s2].
+    /// Largest values rebuilt over the window [steps/s], [steps/s2] and [steps/s3].
     pub rate: f64,
     pub acceleration: f64,
+    pub jerk: f64,
 }
 
 /// The figures of all motors, and those of the pulses themselves.
@@ -35,8 +56,47 @@ pub struct Motors {
     pub window: f64,
 }
 
-/// A limit counts as kept within this share of it: 2 % (motion.md).
+/// A limit counts as kept within this share of it: 2 % (motion.md), and 10 % for jerk, which corners may have.
 pub const TOLERANCE: f64 = 1.02;
+pub const JERK_TOLERANCE: f64 = 1.10;
+
+/// Where a motor starts, stops or turns, its first edge tells of half a step at once. Within a window w of there, what
+/// the fit makes of half a step is not told from motion: so many steps / w^2 of acceleration (3 · 5/2 · 4 times half a
+/// step times the largest integral of the second Legendre polynomial, 1/sqrt 27), and steps / w^3 of jerk
+/// (15 · 7/2 · 8 times half a step times 1/8 from the third).
+const HALF_STEP_ACCELERATION: f64 = 2.9;
+const HALF_STEP_JERK: f64 = 26.3;
+
+/// What can be read off a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    Position,
+    Speed,
+    Acceleration,
+    Jerk,
+}
+
+impl Quantity {
+    pub const ALL: [Self; 4] = [Self::Position, Self::Speed, Self::Acceleration, Self::Jerk];
+
+    /// Its name, and what follows the joint's unit.
+    fn told(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Position => ("position", ""),
+            Self::Speed => ("speed", "/s"),
+            Self::Acceleration => ("acceleration", "/s²"),
+            Self::Jerk => ("jerk", "/s³"),
+        }
+    }
+}
+
+/// A window for motors with these limits [s]: shorter than the ramps of acceleration of those that move, which it would
+/// round off, but as long as can be, for the noise of the jerk falls with its third power.
+pub fn window_for(axes: &[AxisLimits; 6], moves: [bool; 6]) -> f64 {
+    let rises = axes.iter().zip(moves).filter(|(_, moves)| *moves);
+    let shortest = rises.map(|(axis, _)| axis.acceleration / axis.jerk);
+    (0.6 * shortest.fold(f64::INFINITY, f64::min)).clamp(0.01, 0.04)
+}
 
 impl Motors {
     /// Reads the trace twice: for the statistics, and for the motions.
@@ -48,6 +108,7 @@ impl Motors {
             statistics: statistics[motor],
             rate: Motion::largest(&motion.speed),
             acceleration: Motion::largest(&motion.acceleration),
+            jerk: Motion::largest(&motion.jerk),
             motion,
         });
         Self {
@@ -114,31 +175,69 @@ impl Motors {
             ),
             None => Cell::Number(number(value / scale, digits)),
         };
+        let jerks = self
+            .figures
+            .iter()
+            .any(|f| f.channel.largest_jerk.is_some());
         let rows: Vec<Vec<Cell>> = self
             .figures
             .iter()
             .map(|f| {
-                let c = &f.channel;
-                vec![
+                let (c, scale) = (&f.channel, f.channel.steps_per_unit);
+                let mut row = vec![
                     Cell::Text(format!("{} [{}]", c.name, c.unit)),
                     beside(f.statistics.largest_rate, c.largest_rate, 1e3, 2),
-                    beside(f.rate, c.largest_rate, c.steps_per_unit, 2),
-                    beside(f.acceleration, c.largest_acceleration, c.steps_per_unit, 0),
-                ]
+                    beside(f.rate, c.largest_rate, scale, 2),
+                    beside(f.acceleration, c.largest_acceleration, scale, 0),
+                ];
+                if jerks {
+                    row.push(match c.largest_jerk {
+                        Some(limit) => Cell::Judged(
+                            format!(
+                                "{} of {}",
+                                number(f.jerk / scale, 0),
+                                number(limit / scale, 0)
+                            ),
+                            self.keeps_jerk(f),
+                        ),
+                        None => Cell::Number(number(f.jerk / scale, 0)),
+                    });
+                }
+                row
             })
             .collect();
-        let speed = format!("speed [unit/s], over {:.0} ms", self.window * 1e3);
-        let acceleration = format!("acceleration [unit/s²], over {:.0} ms", self.window * 1e3);
-        report.table(
-            "Largest values, rebuilt from the pulses, and limits",
-            &[
-                "motor",
-                "rate over 64 gaps [1000 steps/s]",
-                &speed,
-                &acceleration,
-            ],
-            &rows,
+        let mut head = vec![
+            "motor",
+            "rate [1000 steps/s]",
+            "speed [/s]",
+            "acceleration [/s²]",
+        ];
+        if jerks {
+            head.push("jerk [/s³]");
+        }
+        let caption = format!(
+            "Largest values, rebuilt from the pulses over {:.0} ms (the rate over 64 gaps), and limits",
+            self.window * 1e3
         );
+        report.table(&caption, &head, &rows);
+    }
+
+    /// Whether a motor's rebuilt speed, acceleration and jerk keep its limits, as far as pulses can tell.
+    pub fn keeps_limits(&self, f: &MotorFigures) -> bool {
+        let keeps = |value: f64, limit: Option<f64>, noise: f64| {
+            limit.is_none_or(|limit| value <= limit * TOLERANCE + noise)
+        };
+        let noise = HALF_STEP_ACCELERATION / self.window.powi(2);
+        keeps(f.rate, f.channel.largest_rate, 0.0)
+            && keeps(f.acceleration, f.channel.largest_acceleration, noise)
+            && self.keeps_jerk(f)
+    }
+
+    fn keeps_jerk(&self, f: &MotorFigures) -> bool {
+        let noise = HALF_STEP_JERK / self.window.powi(3);
+        f.channel
+            .largest_jerk
+            .is_none_or(|limit| f.jerk <= limit * JERK_TOLERANCE + noise)
     }
 
     /// Pulse widths and direction times beside what the drivers ask for [counts].
@@ -189,6 +288,35 @@ impl Motors {
                 colour(*motor),
                 points.map(|(t, x)| (t, x / scale)),
             );
+        }
+        chart.svg()
+    }
+
+    /// One quantity of one motor over a stretch of time, its limits drawn in; positions without, travel is in the table.
+    pub fn chart(&self, motor: usize, quantity: Quantity, from: f64, to: f64) -> String {
+        let f = &self.figures[motor];
+        let c = &f.channel;
+        let (list, limit) = match quantity {
+            Quantity::Position => (&f.motion.position, None),
+            Quantity::Speed => (&f.motion.speed, c.largest_rate),
+            Quantity::Acceleration => (&f.motion.acceleration, c.largest_acceleration),
+            Quantity::Jerk => (&f.motion.jerk, c.largest_jerk),
+        };
+        let (name, per) = quantity.told();
+        let scale = c.steps_per_unit;
+        let points = stretch(&f.motion, list, from, to);
+        let mut chart = Chart::new(
+            &format!("{}: {name}", c.name),
+            "time [s]",
+            &format!("{}{per}", c.unit),
+        )
+        .size(860.0, 160.0)
+        .x_range(from, to)
+        .line(&c.name, colour(motor), points.map(|(t, y)| (t, y / scale)));
+        if let Some(limit) = limit {
+            chart = chart
+                .limit("limit", limit / scale)
+                .limit("", -limit / scale);
         }
         chart.svg()
     }

@@ -38,8 +38,10 @@ use crate::kinematics::chain::check_pose;
 use crate::kinematics::{Error, Kinematics, nearest_turn, principal};
 use crate::math::Real;
 
+mod guide;
 mod stretch;
 
+pub use guide::{ArmSet, OneBranch};
 pub use stretch::{NoBranch, Refusal, Stretch};
 
 /// Singular below one degree: sin(1 deg).

@@ -16,8 +16,8 @@
 use super::{Class, Error, FiveAxis, Kind, SING, Solution};
 use crate::geometry::Vector;
 use crate::joints::Joints;
-use crate::kinematics::ClPoint;
 use crate::kinematics::follow::Guide;
+use crate::kinematics::{ClPoint, Way};
 use crate::math::Real;
 
 /// Largest errors between two poses.
@@ -97,6 +97,7 @@ fn over_great_circle<R: Real>(chord: R) -> R {
 }
 
 impl<R: Real> Guide<5, R> for FiveAxis<R> {
+    type Course = Way<R>;
     type Set = Solution<R>;
     type Error = Error<R>;
 

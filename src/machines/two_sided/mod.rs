@@ -31,6 +31,7 @@
 //! milling based on screw theory" (2024), sections 2 and 3; the presets are the specification's (section 8).
 
 pub mod direction;
+mod guide;
 mod presets;
 mod side;
 mod trim;

@@ -3,7 +3,7 @@
 
 use super::board::Board;
 use super::build::{self, BENCH, FIRMWARE};
-use super::figures::Measured;
+use super::figures::{FIGURES, Measured};
 use super::install;
 use super::run::{Outcome, cargo, shown};
 use hexstep_host::emulator::{Counter, Elf, Emulator, Options, Recording, Tally};
@@ -43,6 +43,7 @@ pub fn task(board: Board, only_functions: bool) -> Outcome<()> {
     host_speed(&mut measured)?;
     planning(&mut measured)?;
     peer(&mut measured)?;
+    motion(&mut measured)?;
 
     println!();
     let missed = measured.print(true);
@@ -307,6 +308,32 @@ fn peer(measured: &mut Measured) -> Outcome<()> {
         .find_map(|line| line.strip_prefix(KEY)?.trim().parse().ok())
         .ok_or_else(|| format!("{} gave no ratio", shown(&command)))?;
     measured.set(KEY, ratio)
+}
+
+/// Limits, times and latencies of motion: a test that the daily loop leaves out prints a line for each.
+fn motion(measured: &mut Measured) -> Outcome<()> {
+    println!("motion: a thousand programs ...");
+    let mut command = cargo();
+    command
+        .args(["test", "--quiet", "--release", "--package", "host-tests"])
+        .args(["--test", "planner", "--", "--ignored", "--nocapture"])
+        .args(["--exact", "figures::figures_of_motion"]);
+    let output = command
+        .output()
+        .map_err(|error| format!("{}: {error}", shown(&command)))?;
+    if !output.status.success() {
+        return Err(format!("{} failed", shown(&command)));
+    }
+    let said = String::from_utf8_lossy(&output.stdout);
+    for figure in FIGURES.iter().filter(|f| f.key.starts_with("motion_")) {
+        let value = said.lines().find_map(|line| {
+            let (key, value) = line.split_once(' ')?;
+            (key == figure.key).then(|| value.trim().parse().ok())?
+        });
+        let value = value.ok_or_else(|| format!("{} gave no {}", shown(&command), figure.key))?;
+        measured.set(figure.key, value)?;
+    }
+    Ok(())
 }
 
 fn best_of_three(work: impl Fn() -> Result<(), SurfaceError>) -> Outcome<f64> {

@@ -1,0 +1,470 @@
+//! The report on a path of joints: what every joint did, and how far the contour is off.
+
+use super::contour::ContourError;
+use super::motors::{Channel, Motors, Quantity, pulse_trains, window_for};
+use super::{Cell, Report};
+use crate::job::{FIRST_TURNING, Job, MOTORS, Pace, PathJob};
+use crate::plot::{Chart, Drawing, Pen, colour, number};
+use crate::run::Outcome;
+use crate::trace::{TICK_HZ, seconds};
+use hexstep::protocol::cue::{Action, Cue};
+
+/// Everything that a finished path job says.
+pub struct PathFigures<'a> {
+    pub job: &'a Job,
+    pub path: &'a PathJob,
+    pub outcome: &'a Outcome,
+    pub motors: Motors,
+    pub contour: ContourError,
+    /// Time that the simulation itself took [s].
+    pub wall: f64,
+}
+
+impl<'a> PathFigures<'a> {
+    pub fn of(job: &'a Job, path: &'a PathJob, outcome: &'a Outcome, wall: f64) -> Self {
+        let channels = Channel::of_axes(&path.axes);
+        // The path begins at rest at 0.
+        let mut points = vec![[0.0; 6]];
+        points.extend(path.points.iter().map(|point| point.at));
+        let slack = 4.0 * (path.contour.tolerance + path.step());
+        Self {
+            motors: Motors::of(
+                &outcome.trace,
+                &channels,
+                window_for(&path.axes, path.moves()),
+            ),
+            contour: ContourError::of(
+                &outcome.trace,
+                &points,
+                &path.axes.map(|axis| axis.steps_per_unit),
+                &path.contour.weights(),
+                slack,
+            ),
+            job,
+            path,
+            outcome,
+            wall,
+        }
+    }
+
+    /// Whether every motor stands where the path ends, nothing starved, and the contour is kept.
+    pub fn is_sound(&self) -> bool {
+        self.is_exact() && self.outcome.starved == 0 && self.keeps_contour()
+    }
+
+    /// Whether every motor stands at its commanded count, and that is the end of the path (unless it was stopped before,
+    /// or a motor was trimmed).
+    pub fn is_exact(&self) -> bool {
+        let counts = self.outcome.counts;
+        let end = self.path.blocks.last().map(|block| block.steps);
+        let free = self.path.is_stopped() || self.path.is_trimmed();
+        counts.map(i64::from) == self.outcome.trace.positions() && (free || Some(counts) == end)
+    }
+
+    /// Tolerance and one step [mm]: what the contour may be off.
+    pub fn allowed(&self) -> f64 {
+        self.path.contour.tolerance + self.path.step()
+    }
+
+    /// Whether the contour is within [`Self::allowed`]; a trim is meant to leave it.
+    pub fn keeps_contour(&self) -> bool {
+        self.path.is_trimmed() || self.contour.largest <= self.allowed()
+    }
+
+    /// From the first step to the last [s].
+    pub fn time(&self) -> f64 {
+        let (from, to) = self.span();
+        to - from
+    }
+
+    /// Time of the first step and of the last [s].
+    fn span(&self) -> (f64, f64) {
+        let steps = self.motors.figures.iter().map(|f| &f.statistics);
+        let first = steps.clone().filter_map(|s| s.first).min();
+        let last = steps.filter_map(|s| s.last).max();
+        (seconds(first.unwrap_or(0)), seconds(last.unwrap_or(0)))
+    }
+
+    /// Least times of all blocks that have one, and all dwells [s].
+    pub fn programmed(&self) -> f64 {
+        let blocks = self.path.blocks.iter().map(|block| block.duration);
+        let dwells = self.path.points.iter().map(|point| point.dwell);
+        blocks.chain(dwells).sum()
+    }
+
+    fn rapids(&self) -> usize {
+        let points = self.path.points.iter();
+        points.filter(|point| point.pace == Pace::Rapid).count()
+    }
+
+    /// Motors that step.
+    fn moving(&self) -> Vec<usize> {
+        let moves = |motor: &usize| self.motors.figures[*motor].statistics.steps() > 0;
+        (0..6).filter(moves).collect()
+    }
+
+    /// Lines of the one-screen summary.
+    pub fn summary(&self) -> Vec<String> {
+        let trace = &self.outcome.trace;
+        let mut lines = vec![
+            format!("path     {}", self.told_path()),
+            format!("time     {}", self.told_time()),
+            format!(
+                "pulses   {} steps in {} ticks; simulated in {:.2} s, {:.1} million ticks/s",
+                number(self.motors.steps() as f64, 0),
+                number(trace.ticks() as f64, 0),
+                self.wall,
+                trace.ticks() as f64 / self.wall / 1e6
+            ),
+            format!(
+                "contour  off the path by at most {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
+                self.contour.largest * 1e3,
+                self.path.contour.tolerance * 1e3,
+                self.path.step() * 1e3,
+                if self.keeps_contour() {
+                    ""
+                } else {
+                    ": TOO MUCH"
+                }
+            ),
+            format!(
+                "end      {}; queue ran dry {} times",
+                if self.is_exact() {
+                    "every motor exactly at its commanded count"
+                } else {
+                    "MOTORS NOT AT THEIR COMMANDED COUNTS"
+                },
+                self.outcome.starved
+            ),
+            String::new(),
+            format!(
+                "{:<8}{:>12}{:>12}{:>24}{:>24}{:>24}",
+                "motor", "way", "end", "speed of limit /s", "acceleration", "jerk"
+            ),
+        ];
+        for f in &self.motors.figures {
+            let (c, s) = (&f.channel, &f.statistics);
+            let scale = c.steps_per_unit;
+            let beside = |value: f64, limit: Option<f64>, digits: usize| {
+                let limit = limit.unwrap_or(0.0) / scale;
+                format!("{:.digits$} of {limit} {}", value / scale, c.unit)
+            };
+            lines.push(format!(
+                "{:<8}{:>12}{:>12}{:>24}{:>24}{:>24}{}",
+                c.name,
+                s.steps(),
+                s.position,
+                beside(f.rate, c.largest_rate, 2),
+                beside(f.acceleration, c.largest_acceleration, 0),
+                beside(f.jerk, c.largest_jerk, 0),
+                if self.motors.keeps_limits(f) {
+                    ""
+                } else {
+                    "  OVER"
+                }
+            ));
+        }
+        lines
+    }
+
+    fn told_path(&self) -> String {
+        let sum = |range: std::ops::Range<usize>| -> f64 {
+            let mut from = [0.0; 6];
+            let mut sum = 0.0;
+            for point in &self.path.points {
+                let squares = range.clone().map(|i| (point.at[i] - from[i]).powi(2));
+                sum += squares.sum::<f64>().sqrt();
+                from = point.at;
+            }
+            sum
+        };
+        let cues = match self.path.cues.len() {
+            0 => String::new(),
+            1 => ", 1 cue".into(),
+            n => format!(", {n} cues"),
+        };
+        format!(
+            "{} blocks ({} rapid), {} mm of sliding, {} deg of turning{cues}",
+            number(self.path.points.len() as f64, 0),
+            number(self.rapids() as f64, 0),
+            number(sum(0..FIRST_TURNING), 1),
+            number(sum(FIRST_TURNING..6), 1),
+        )
+    }
+
+    fn told_time(&self) -> String {
+        let programmed = self.programmed();
+        let what = if self.rapids() == 0 {
+            "programmed"
+        } else {
+            "programmed beside the rapids"
+        };
+        format!(
+            "{} s from the first step to the last, {} s {what}",
+            number(self.time(), 3),
+            number(programmed, 3)
+        )
+    }
+
+    /// The whole report.
+    pub fn html(&self) -> String {
+        let mut report = Report::new(
+            &format!("Path {}", self.job.name),
+            "From points of six joints to six pulse trains, and back from the pulses to the motion of every joint.",
+        );
+        self.overview(&mut report);
+        self.contour_section(&mut report);
+        self.motion_section(&mut report);
+        self.pulse_section(&mut report);
+        report.html()
+    }
+
+    fn overview(&self, report: &mut Report) {
+        let trace = &self.outcome.trace;
+        let contour = format!(
+            "at most {} µm off; tolerance {} µm and a step of {} µm",
+            number(self.contour.largest * 1e3, 2),
+            number(self.path.contour.tolerance * 1e3, 2),
+            number(self.path.step() * 1e3, 2)
+        );
+        let mut rows: Vec<(&str, Cell)> = vec![
+            ("Path", self.told_path().into()),
+            ("Time", self.told_time().into()),
+            (
+                "Steps",
+                format!(
+                    "{} in {} ticks",
+                    number(self.motors.steps() as f64, 0),
+                    number(trace.ticks() as f64, 0)
+                )
+                .into(),
+            ),
+            (
+                "Contour",
+                if self.keeps_contour() {
+                    contour.into()
+                } else {
+                    Cell::Judged(contour, false)
+                },
+            ),
+            (
+                "End",
+                if self.is_exact() {
+                    "every motor exactly at its commanded count".into()
+                } else {
+                    Cell::Judged("motors not at their commanded counts".into(), false)
+                },
+            ),
+            (
+                "Queue ran dry",
+                format!("{} times", self.outcome.starved).into(),
+            ),
+        ];
+        for cue in &self.path.cues {
+            rows.push(("Cue", told_cue(cue).into()));
+        }
+        report.summary(&rows);
+        self.motors.limits_table(report);
+        report.text(
+            "Where a motor starts, stops or turns, its first pulse tells of half a step at once; acceleration and jerk \
+             are judged with what that can look like in the window. Limits count as kept within 2 %, jerk, which \
+             corners may have, within 10 %.",
+        );
+    }
+
+    fn contour_section(&self, report: &mut Report) {
+        report.section("Contour");
+        if let Some((u, v)) = self.plane() {
+            report.figure(
+                &self.drawing(u, v),
+                "The programmed points joined by straight lines, grey, under the path of the pulses; the dot is the start.",
+            );
+        }
+        let (from, to) = self.shown();
+        let tolerance = self.path.contour.tolerance * 1e3;
+        let micrometres = self.contour.samples.iter().map(|(t, e)| (*t, e * 1e3));
+        let mut chart = Chart::new("Contour error", "time [s]", "off the path [µm]")
+            .size(860.0, 200.0)
+            .x_range(from, to)
+            .y_range(0.0, 1.15 * (self.allowed().max(self.contour.largest) * 1e3))
+            .line("contour error", colour(0), micrometres)
+            .limit("tolerance; tolerance and a step", self.allowed() * 1e3);
+        if tolerance > 0.0 {
+            // A step above it stands the label of both.
+            chart = chart.limit("", tolerance);
+        }
+        report.figure(
+            &chart.svg(),
+            "Distance of the joints, as the pulses make them, from the straight lines between the programmed points; \
+             angles weigh as arcs at the lever's length. Below a step it is the grid of whole steps that shows.",
+        );
+    }
+
+    fn motion_section(&self, report: &mut Report) {
+        report.section("Motion");
+        let (from, to) = self.shown();
+        if self.moving().iter().any(|motor| *motor < FIRST_TURNING) {
+            report.figure(
+                &self.speed_chart(from, to),
+                "The feed as the pulses show it.",
+            );
+        }
+        let moving = self.moving();
+        for (index, motor) in moving.iter().enumerate() {
+            for quantity in Quantity::ALL {
+                let caption = if index == 0 && quantity == Quantity::Jerk {
+                    format!(
+                        "All rebuilt from the pulses alone, over windows of {} ms; the limits are those of the job.",
+                        number(self.motors.window * 1e3, 0)
+                    )
+                } else {
+                    String::new()
+                };
+                report.figure(&self.motors.chart(*motor, quantity, from, to), &caption);
+            }
+        }
+        let still: Vec<&str> = (0..6)
+            .filter(|motor| !moving.contains(motor))
+            .map(|motor| MOTORS[motor])
+            .collect();
+        if !still.is_empty() {
+            report.text(&format!("At rest all the time: {}.", still.join(", ")));
+        }
+    }
+
+    fn pulse_section(&self, report: &mut Report) {
+        report.section("Pulses");
+        let (first, last) = self.span();
+        let from = ((first + last) / 2.0 * TICK_HZ as f64) as u64;
+        report.figure(
+            &pulse_trains(
+                &self.outcome.trace,
+                &MOTORS.map(String::from),
+                "In the middle of the path",
+                from,
+                from + TICK_HZ / 1000,
+            ),
+            "One millisecond. All pins of a tick change together.",
+        );
+        self.motors.counts_table(report);
+        let t = &self.job.timing;
+        self.motors
+            .timing_table(report, t.least_period, t.setup, t.hold);
+    }
+
+    /// Stretch of time that charts show [s]: the motion with a little rest around it.
+    fn shown(&self) -> (f64, f64) {
+        let (from, to) = self.span();
+        let air = 0.02 * (to - from) + 0.005;
+        ((from - air).max(0.0), to + air)
+    }
+
+    /// Speed along the joints that slide, and the feed where there is but one.
+    fn speed_chart(&self, from: f64, to: f64) -> String {
+        let figures = &self.motors.figures[..FIRST_TURNING];
+        let motion = &figures[0].motion;
+        let speeds = (0..motion.speed.len()).map(|k| {
+            let squares = figures
+                .iter()
+                .map(|f| (f.motion.speed[k] / f.channel.steps_per_unit).powi(2));
+            (motion.time(k), squares.sum::<f64>().sqrt())
+        });
+        let mut chart = Chart::new("Speed along d1, d2, d3", "time [s]", "mm/s")
+            .size(860.0, 180.0)
+            .x_range(from, to)
+            .line("speed", colour(0), speeds);
+        let feeds = self.path.points.iter().map(|point| point.pace);
+        let mut feeds = feeds.collect::<Vec<_>>();
+        feeds.dedup();
+        if let [Pace::Feed(feed)] = feeds.as_slice() {
+            chart = chart.limit("programmed feed", feed / 60.0);
+        }
+        chart.svg()
+    }
+
+    /// The two joints that are drawn against each other: the first two that slide, else the first two that turn.
+    fn plane(&self) -> Option<(usize, usize)> {
+        let moving = self.moving();
+        let (sliding, turning): (Vec<usize>, Vec<usize>) =
+            moving.into_iter().partition(|motor| *motor < FIRST_TURNING);
+        [sliding, turning]
+            .into_iter()
+            .find_map(|motors| match motors.as_slice() {
+                [u, v, ..] => Some((*u, *v)),
+                _ => None,
+            })
+    }
+
+    fn drawing(&self, u: usize, v: usize) -> String {
+        let title = format!("{} across, {} up", MOTORS[u], MOTORS[v]);
+        let programmed = self
+            .path
+            .points
+            .iter()
+            .map(|point| (point.at[u], point.at[v]));
+        let programmed = std::iter::once((0.0, 0.0)).chain(programmed);
+        let made = self.contour.joints.iter().map(|at| (at[u], at[v]));
+        let corners: Vec<(f64, f64)> = programmed.clone().collect();
+        let extent = |list: &dyn Fn(&(f64, f64)) -> f64| {
+            let least = corners.iter().map(list).fold(f64::INFINITY, f64::min);
+            let most = corners.iter().map(list).fold(f64::NEG_INFINITY, f64::max);
+            most - least
+        };
+        let (wide, high) = (extent(&|p| p.0), extent(&|p| p.1));
+        // At most 420 pixels high, and as wide as the page where the path is flat.
+        let width = (420.0 * wide / high.max(1e-9)).clamp(300.0, 860.0);
+        let (low, left) = corners.iter().fold((0.0f64, 0.0f64), |(low, left), p| {
+            (low.min(p.1), left.min(p.0))
+        });
+        let unit = self.motors.figures[u].channel.unit;
+        Drawing::new(&title, width)
+            .line(
+                programmed,
+                Pen {
+                    colour: "#c3c9d0",
+                    width: 4.0,
+                    ..Pen::EDGE
+                },
+            )
+            .line(
+                made,
+                Pen {
+                    colour: colour(0),
+                    width: 1.2,
+                    ..Pen::EDGE
+                },
+            )
+            .circle(
+                (0.0, 0.0),
+                0.006 * wide.max(high),
+                Pen {
+                    fill: crate::plot::INK,
+                    ..Pen::EDGE
+                },
+            )
+            .dimension(
+                (left, low - 0.06 * high.max(0.1 * wide)),
+                (left + wide, low - 0.06 * high.max(0.1 * wide)),
+                &format!("{} {unit}", number(wide, 1)),
+            )
+            .svg()
+    }
+}
+
+fn told_cue(cue: &Cue) -> String {
+    let what = match cue.action {
+        Action::Hold => "hold".into(),
+        Action::Resume => "resume".into(),
+        Action::Feed(factor) => format!("feed override {:.0} %", factor * 100.0),
+        Action::Rapid(factor) => format!("rapid override {:.0} %", factor * 100.0),
+        Action::Trim { motor, steps } => format!(
+            "trim of {} by {steps} steps",
+            MOTORS.get(motor).unwrap_or(&"?")
+        ),
+        Action::Stop => "controlled stop".into(),
+    };
+    format!(
+        "{what} at {} ms of the motion",
+        number(f64::from(cue.at), 0)
+    )
+}

@@ -1,0 +1,107 @@
+//! What a job says of its machine -> the machine's settings, each under its number.
+
+use crate::job::{AxisLimits, Contour, Job, JobError, Task};
+use crate::machine::TICK_HZ;
+use crate::poses::Plan;
+use crate::trace::seconds;
+use hexstep::settings::Settings;
+use hexstep::stepper::StepMode;
+
+/// A number of the machine's table, a value, and the key of the job that it comes from.
+type Value = (u16, f32, String);
+
+/// The settings of the machine that a job describes; `plan` is what its poses became.
+///
+/// # Errors
+/// `OutOfRange` at the key whose value the machine does not take.
+pub fn settings(job: &Job, plan: Option<&Plan>) -> Result<Settings, JobError> {
+    let mut settings = Settings::default();
+    let mut values = driver_values(job);
+    match &job.task {
+        Task::DrillPoint(drill) => values.extend(axis_values(&drill.axes)),
+        Task::Path(path) => {
+            values.extend(axis_values(&path.axes));
+            values.extend(contour_values(&path.contour, "path"));
+        }
+        Task::Poses(poses) => {
+            if let Some(plan) = plan {
+                let (axes, contour) = super::poses::limits(poses, plan);
+                values.extend(axis_values(&axes));
+                values.extend(contour_values(&contour, "path"));
+            }
+        }
+        // A line of counts knows no unit and no limit but those of its own.
+        Task::Counts(_) => {
+            let free = AxisLimits {
+                steps_per_unit: 1.0,
+                max_rate: 1000.0,
+                acceleration: 1000.0,
+                jerk: 40_000.0,
+                travel: (-1e9, 1e9),
+            };
+            values.extend(axis_values(&[free; 6]));
+        }
+    }
+    for (number, value, key) in values {
+        settings.set(number, value, TICK_HZ).map_err(|error| {
+            let detail = format!(
+                "the machine does not take this value (${number}, error {}); see `$$` for its ranges",
+                error.number()
+            );
+            job.refuse(&key, "OutOfRange", detail)
+        })?;
+    }
+    Ok(settings)
+}
+
+/// `[stepper]`
+fn driver_values(job: &Job) -> Vec<Value> {
+    let us = |counts: u32| (seconds(counts.into()) * 1e6) as f32;
+    let timing = &job.timing;
+    let both = f32::from(u8::from(timing.mode == StepMode::BothEdge));
+    vec![
+        (0, us(timing.least_period), "stepper.pulse_us".into()),
+        (29, us(timing.setup), "stepper.setup_us".into()),
+        (1011, us(timing.hold), "stepper.hold_us".into()),
+        (1010, both, "stepper.mode".into()),
+    ]
+}
+
+/// `[machine]`: the limits of all motors.
+fn axis_values(axes: &[AxisLimits; 6]) -> Vec<Value> {
+    let mut values = Vec::new();
+    for (motor, axis) in (0u16..).zip(axes) {
+        let key = |name: &str| format!("machine.{name}[{motor}]");
+        values.extend([
+            // The machine checks every value beside the others it has: with next to no speed and acceleration, steps and
+            // jerk can be anything, and then each limit finds those it is compared with.
+            (110 + motor, 1e-6, key("max_rate")),
+            (120 + motor, 1e-6, key("acceleration")),
+            (
+                100 + motor,
+                axis.steps_per_unit as f32,
+                key("steps_per_unit"),
+            ),
+            (800 + motor, axis.jerk as f32, key("jerk")),
+            (120 + motor, axis.acceleration as f32, key("acceleration")),
+            (110 + motor, (axis.max_rate * 60.0) as f32, key("max_rate")),
+            (1040 + motor, axis.travel.0 as f32, key("travel")),
+            (1050 + motor, axis.travel.1 as f32, key("travel")),
+        ]);
+    }
+    values
+}
+
+/// `[machine]` and the path's table: what the contour may do.
+fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
+    let mut values = vec![
+        (1003, contour.tolerance as f32, format!("{path}.tolerance")),
+        (1004, contour.lever as f32, "machine.lever".into()),
+        (1013, contour.trim_share as f32, "machine.trim_share".into()),
+    ];
+    values.extend((0u16..).zip(contour.trim).map(|(motor, trim)| {
+        let key = format!("machine.trim[{motor}]");
+        (1030 + motor, trim as f32, key)
+    }));
+    values
+}

@@ -1,0 +1,400 @@
+//! Jobs, streams, jogs and probe moves -> planner -> segmenter -> queue.
+
+use super::{Controller, Job};
+use crate::board::Board;
+use crate::cycles::drill_point::Cycle;
+use crate::error::{Alarm, Error};
+use crate::machines::drill_grinder::DrillGrinder;
+use crate::path::{DrillPath, Target};
+use crate::planner::{PushError, SAMPLES_PER_SECOND, Sample};
+use crate::protocol::cue::{Action, Cue, CueError};
+use crate::settings::AXES;
+use fixed::types::I32F32;
+
+/// A ground flank shows a micrometre: the contour of a drill is kept to it, whatever is set for other paths [mm].
+const DRILL_TOLERANCE: f32 = 0.001;
+
+/// Segments that are kept in the queue, a millisecond each: so much later a hold or an override shows.
+const LEAD: usize = 7;
+
+/// A stream under way whose input pauses runs on, towards the standstill that its plan ends in, before the queue holds
+/// less than this.
+const LOW_WATER: usize = 5;
+
+/// How a probe move ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Probed {
+    /// Contact: where all motors were in the tick behind it [steps].
+    Contact([I32F32; AXES]),
+    /// The target was reached without contact.
+    Missed,
+}
+
+/// Why a target was not taken; nothing has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StreamError {
+    /// No stream has been started, or it has been stopped.
+    NotStarted,
+    /// This joint would leave its travel.
+    OutOfTravel { joint: usize },
+    /// Expected a duration that is finite and not negative.
+    Duration,
+    /// A way of more than 2^31 - 1 steps.
+    TooLong,
+}
+
+impl<B: Board> Controller<'_, B> {
+    // ---- what can be asked for ----
+
+    /// Grinds; the whole path is walked before anything moves, and the line `$DRILL=RUN` that this stands for is answered
+    /// when that is done.
+    pub fn start_drill(
+        &mut self,
+        cycle: Cycle<f32>,
+        machine: DrillGrinder<f32>,
+    ) -> Result<(), Error> {
+        self.may_move()?;
+        self.begin(DRILL_TOLERANCE);
+        let scale = self.scale();
+        let path = DrillPath::new(cycle, machine, scale, scale.joints(&self.planner.end()));
+        self.job = Job::Check {
+            walk: path.clone(),
+            path,
+        };
+        Ok(())
+    }
+
+    /// Starts a path of joint targets that come one by one through [`Self::push`]. Motion begins when the look-ahead is
+    /// full, when [`Self::end_stream`] is called, or on [`Self::resume`].
+    pub fn start_stream(&mut self) -> Result<(), Error> {
+        self.may_move()?;
+        self.begin(f32::INFINITY);
+        self.switch_on();
+        self.job = Job::Stream {
+            begun: false,
+            waiting: None,
+        };
+        Ok(())
+    }
+
+    /// One more target of the stream or the jog; `Ok(false)` when there is no room now or a hold is in force: offer it
+    /// again later.
+    pub fn push(&mut self, target: &Target<AXES>) -> Result<bool, StreamError> {
+        if !matches!(self.job, Job::Stream { waiting: None, .. } | Job::Jog) {
+            return Err(StreamError::NotStarted);
+        }
+        if let Some(joint) = self.scale().beyond(&target.steps) {
+            return Err(StreamError::OutOfTravel { joint });
+        }
+        if self.planner.is_full() || self.planner.is_held() {
+            return Ok(false);
+        }
+        self.push_target(target)
+    }
+
+    /// A standstill of `duration` [s] behind what the stream has so far.
+    pub fn dwell(&mut self, duration: f32) -> Result<(), StreamError> {
+        if !matches!(self.job, Job::Stream { waiting: None, .. }) {
+            return Err(StreamError::NotStarted);
+        }
+        self.planner
+            .dwell(duration)
+            .map_err(|_| StreamError::Duration)
+    }
+
+    /// The stream is complete: what has been pushed runs to its end.
+    pub fn end_stream(&mut self) {
+        if matches!(self.job, Job::Stream { .. }) {
+            self.job = Job::None;
+        }
+    }
+
+    /// A jog: moves at once, ignores overrides, and ends within its braking distance on [`Self::stop_motion`] or a hold.
+    /// More jogs may be pushed while it runs.
+    pub fn jog(&mut self, target: &Target<AXES>) -> Result<bool, Error> {
+        let begins = !matches!(self.job, Job::Jog);
+        if begins {
+            self.may_move()?;
+        }
+        if self.scale().beyond(&target.steps).is_some() {
+            return Err(Error::BeyondTravel);
+        }
+        if begins {
+            self.begin(f32::INFINITY);
+            self.switch_on();
+            self.job = Job::Jog;
+            self.apply_overrides();
+        }
+        self.push(target).map_err(|_| Error::ValueRange)
+    }
+
+    /// Moves towards `target` until the probe touches: the motors slow down along the path, and [`Self::probed`] tells
+    /// where they were at contact. The pin's interrupt calls [`Shared::latch`](crate::stepper::Shared::latch) and raises
+    /// [`RealTime::TOUCH`](crate::protocol::RealTime::TOUCH).
+    pub fn probe(&mut self, target: &Target<AXES>) -> Result<(), Error> {
+        self.may_move()?;
+        if self.scale().beyond(&target.steps).is_some() || target.steps == self.planner.end() {
+            return Err(Error::InvalidTarget);
+        }
+        self.probed = None;
+        if self.board.touches() {
+            self.raise(Alarm::ProbeTouchesAtStart);
+            return Err(Error::Locked);
+        }
+        self.begin(f32::INFINITY);
+        self.switch_on();
+        self.job = Job::Probe;
+        self.apply_overrides();
+        self.push_target(target)
+            .map(|_| ())
+            .map_err(|_| Error::ValueRange)
+    }
+
+    /// How the last probe move ended; `None` before the first, and while one is under way.
+    pub fn probed(&self) -> Option<Probed> {
+        self.probed.filter(|_| !matches!(self.job, Job::Probe))
+    }
+
+    /// Controlled stop: slows down along the path, drops the rest of it and rests on whole steps; the position stays
+    /// known. A line of counts is no path; it runs to its end.
+    pub fn stop_motion(&mut self) {
+        match self.job {
+            Job::Counts(_) => return,
+            // Ends by itself, with what it has found.
+            Job::Probe | Job::Jog => {}
+            _ => self.job = Job::None,
+        }
+        if !self.planner.is_idle() || self.planner.is_held() {
+            self.planner.stop();
+        }
+    }
+
+    /// Offset of a motor [steps], reached at its own rate while programs run. Returns what was taken, within the bound of
+    /// `$1030`; 0 while `$1013` gives trims no share of the limits.
+    pub fn set_trim(&mut self, motor: usize, steps: i32) -> i32 {
+        self.planner.set_trim(motor, steps)
+    }
+
+    /// Adds what is to happen at a given millisecond of the next motion. Only at rest.
+    pub fn add_cue(&mut self, cue: Cue) -> Result<(), CueError> {
+        if self.is_moving() {
+            return Err(CueError::Order);
+        }
+        self.cues.add(cue)
+    }
+
+    // ---- how it is done ----
+
+    /// Before a motion: how far its contour may leave the path [mm].
+    fn begin(&mut self, most: f32) {
+        if let Some(path) = self.settings.path(most) {
+            // At rest, so it is taken.
+            let _ = self.planner.set_path(path);
+        }
+    }
+
+    fn push_target(&mut self, target: &Target<AXES>) -> Result<bool, StreamError> {
+        match self.planner.push(target.steps, target.duration) {
+            Ok(()) => Ok(true),
+            Err(PushError::Full) => Ok(false),
+            Err(PushError::Stopping | PushError::Lost) => Err(StreamError::NotStarted),
+            Err(PushError::Duration) => Err(StreamError::Duration),
+            Err(PushError::TooLong) => Err(StreamError::TooLong),
+        }
+    }
+
+    /// The planner's overrides: those in force, but none for jogs and probe moves.
+    pub(super) fn apply_overrides(&mut self) {
+        let (feed, rapid) = match self.job {
+            Job::Jog | Job::Probe => (100, 100),
+            _ => self.overrides,
+        };
+        // Within their ranges: the receiver holds them there.
+        let _ = self.planner.set_feed_override(f32::from(feed) / 100.0);
+        let _ = self.planner.set_rapid_override(f32::from(rapid) / 100.0);
+    }
+
+    /// The probe's pin has changed: its interrupt has asked for the positions.
+    pub(super) fn touched(&mut self) {
+        if matches!(self.job, Job::Probe) && self.probed.is_none() {
+            self.touching = true;
+            self.planner.stop();
+        }
+    }
+
+    /// Planner -> segmenter, or a line of counts, as far as the queue has room.
+    pub(super) fn feed_segments(&mut self) -> bool {
+        let before = self.segmenter.sent();
+        if let Job::Counts(line) = &mut self.job {
+            if line.feed(&mut self.segmenter, &mut self.segments) {
+                self.job = Job::None;
+                self.planner.reset(self.segmenter.counts());
+            }
+        } else {
+            while self.segments.len() < LEAD {
+                let Some(sample) = self.pending.take().or_else(|| self.take_sample()) else {
+                    break;
+                };
+                let sent = self.segmenter.advance(
+                    &sample.position,
+                    B::TICK_HZ / SAMPLES_PER_SECOND,
+                    sample.last,
+                    &mut self.segments,
+                );
+                if sent != Ok(true) {
+                    // No room, or not there yet: the same target once more.
+                    self.pending = Some(sample);
+                }
+                if sent.is_err() {
+                    break;
+                }
+            }
+        }
+        self.segmenter.sent() != before
+    }
+
+    /// The next millisecond, when it may be taken: with all of the look-ahead known, or none of it to come.
+    fn take_sample(&mut self) -> Option<Sample<AXES>> {
+        let flows = match &self.job {
+            Job::Path(_) => self.planner.is_full(),
+            Job::Stream { begun, .. } => {
+                self.planner.is_full()
+                    || self.planner.is_held()
+                    || *begun && self.segments.len() < LOW_WATER
+            }
+            _ => true,
+        };
+        let halts = self.planner.is_held() || self.planner.is_stopping();
+        if !flows || self.planner.is_idle() && !halts {
+            return None;
+        }
+        while let Some(action) = self.cues.due() {
+            self.act(action);
+        }
+        let sample = self.planner.next();
+        let held = self.planner.is_held();
+        if let Job::Stream { begun, .. } = &mut self.job {
+            *begun = sample.is_some() || *begun && held;
+        }
+        let sample = sample.or_else(|| {
+            // In a hold, time goes on towards the cue that ends it.
+            (held && !self.cues.is_empty()).then(|| Sample {
+                position: self.planner.position(),
+                last: true,
+            })
+        });
+        if sample.is_some() {
+            self.cues.tick();
+        }
+        sample
+    }
+
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::Hold => self.hold(),
+            Action::Resume => {
+                // From rest, a stream waits for its look-ahead once more, as on every other machine.
+                let rests = self.planner.is_at_rest();
+                self.resume();
+                if let Job::Stream { begun, .. } = &mut self.job {
+                    *begun &= !rests;
+                }
+            }
+            // Both within their ranges: a cue has been looked at when it was taken.
+            Action::Feed(factor) => {
+                let _ = self.planner.set_feed_override(factor);
+            }
+            Action::Rapid(factor) => {
+                let _ = self.planner.set_rapid_override(factor);
+            }
+            Action::Trim { motor, steps } => {
+                self.set_trim(motor, steps);
+            }
+            Action::Stop => self.stop_motion(),
+        }
+    }
+
+    /// Path -> planner, one target at a time.
+    pub(super) fn feed_planner(&mut self) -> bool {
+        match &mut self.job {
+            Job::Path(path) if !self.planner.is_full() => match path.next() {
+                Some(Ok(target)) => {
+                    // There is room, and the path was walked before it began.
+                    let _ = self.push_target(&target);
+                }
+                // The whole path was walked before it began, so an error cannot come here.
+                Some(Err(_)) | None => self.job = Job::None,
+            },
+            Job::Stream { waiting, .. } if !self.planner.is_full() && !self.planner.is_held() => {
+                let Some(target) = waiting.take() else {
+                    return false;
+                };
+                let pushed = self.push_target(&target);
+                self.answer_push(pushed);
+            }
+            Job::Check { walk, .. } => match walk.next() {
+                Some(Ok(_)) => {}
+                Some(Err(error)) => {
+                    self.job = Job::None;
+                    let error = self.refuse_path(error);
+                    self.answers.line(format_args!("error:{}", error.number()));
+                }
+                None => {
+                    if let Job::Check { path, .. } = core::mem::replace(&mut self.job, Job::None) {
+                        self.job = Job::Path(path);
+                        self.switch_on();
+                        self.answers.line(format_args!("ok"));
+                    }
+                }
+            },
+            _ => return false,
+        }
+        true
+    }
+
+    /// What is to be said and put back when a motion has ended; the contact of a probe as soon as it is known.
+    pub(super) fn finish_motion(&mut self) -> bool {
+        if self.touching
+            && let Some(at) = self.shared.latched()
+        {
+            self.touching = false;
+            self.probed = self.segmenter.positions_at(at).map(Probed::Contact);
+        }
+        if self.planner.is_stopping() {
+            return false;
+        }
+        let open = matches!(
+            self.job,
+            Job::Check { .. } | Job::Path(_) | Job::Stream { .. } | Job::Counts(_)
+        );
+        if open || !self.planner.is_idle() || self.planner.is_held() || self.pending.is_some() {
+            return false;
+        }
+        if !self.motors_rest() {
+            return false;
+        }
+        let ended = !matches!(self.job, Job::None);
+        if ended {
+            if matches!(self.job, Job::Probe) {
+                self.probed = self.probed.or(Some(Probed::Missed));
+            }
+            self.job = Job::None;
+        }
+        if ended || self.cues.has_begun() {
+            self.cues.clear();
+            self.apply_overrides();
+        }
+        let reset = core::mem::take(&mut self.resetting);
+        if reset {
+            self.banner();
+        }
+        ended || reset
+    }
+
+    pub(super) fn switch_on(&mut self) {
+        if !self.drivers_on {
+            self.drivers_on = true;
+            self.board.enable_drivers(true);
+        }
+    }
+}

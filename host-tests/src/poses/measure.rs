@@ -230,7 +230,7 @@ impl Measured {
             tip: 1.0 / poses.tip_tolerance,
             angle: 1.0 / poses.axis_tolerance.to_radians(),
         };
-        let every = TICK_HZ as u64 / 1000;
+        let every = TICK_HZ / 1000;
         let steps: [f64; 6] = std::array::from_fn(|i| {
             let joint = poses.machine.joints.get(i);
             joint.map_or(1.0, |joint| joint.limits.steps_per_unit)

@@ -457,7 +457,7 @@ impl<'a> PosesFigures<'a> {
             None => (Some(plan.start), 0),
             Some(segment) => {
                 let own = plan.blocks.iter().filter(|b| b.segment == segment);
-                (own.clone().last().map(|b| b.joints), own.count())
+                (own.clone().next_back().map(|b| b.joints), own.count())
             }
         };
         let rows: Vec<Vec<Cell>> = self

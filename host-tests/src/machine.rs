@@ -224,7 +224,8 @@ impl Machine<'_> {
                     Ok(true) => break,
                     Ok(false) => {
                         while self.controller.poll() {}
-                        for _ in 0..120 {
+                        // A millisecond at the floor of the tick rate: behind a hold the queue may hold but two.
+                        for _ in 0..Timing::FLOOR_HZ / 1000 {
                             self.tick();
                         }
                         watch(taken);

@@ -185,6 +185,18 @@ const BAD_LINES: &[(&str, &str, &str, &str)] = &[
     ),
     (
         "max_rate",
+        "max_rate = [60, 60, 60, 60, 60, 75]\njerk = [1e5, 1e5, 0, 1e5, 1e5, 1e5]",
+        "machine.jerk[2]",
+        "OutOfRange",
+    ),
+    (
+        "acceleration",
+        "acceleration = [1500, 1500, 1500, 2000, 2000, 4.9e6]",
+        "machine.acceleration[5]",
+        "Contradictory",
+    ),
+    (
+        "max_rate",
         "max_rate = [60, 60, 60, 60, 60]",
         "machine.max_rate",
         "WrongType",

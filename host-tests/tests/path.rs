@@ -802,8 +802,10 @@ fn points_at_one_place_reversals_and_moves_of_a_step_are_run_exactly() {
         let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
         assert_sound(&figures);
         assert_eq!(outcome.counts, [1000, 1, 0, 500, 1, -500]);
-        // There, back, there, a step on and back: no way is cut short.
-        assert_eq!(figures.motors.figures[0].statistics.steps(), 3002);
+        if tolerance == "0" {
+            // There, back, there, a step on and back: no way is cut short.
+            assert_eq!(figures.motors.figures[0].statistics.steps(), 3002);
+        }
     }
 }
 
@@ -824,9 +826,10 @@ fn a_feed_beyond_all_limits_runs_at_the_limits() {
 
     let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
     assert_sound(&figures);
-    // Rest to rest with v 50, a 500, j 10 000: L/v + v/a + a/j.
-    let time = 50.0 / 50.0 + 50.0 / 500.0 + 500.0 / 10_000.0;
-    assert!((figures.time() - time).abs() < 0.02, "{}", figures.time());
+    // Rest to rest with v 50, a 500, j 10 000: L/v + v/a + a/j, but for the first and the last half step, j t^3 / 6 long.
+    let half = (6.0f64 * 0.005 / 10_000.0).cbrt();
+    let time = 50.0 / 50.0 + 50.0 / 500.0 + 500.0 / 10_000.0 - 2.0 * half;
+    assert!((figures.time() - time).abs() < 0.003, "{}", figures.time());
 }
 
 #[test]
@@ -979,10 +982,17 @@ fn a_hold_and_its_resume_lead_to_the_same_end_on_the_same_path() {
 #[test]
 fn an_override_changes_the_time_and_not_the_path() {
     let shape = "feed = 900\nshape = { kind = \"circle\", radius = 20, chords = 2000 }";
-    let (_, plain) = ran(&job_of(shape, ""));
+    // A thousand steps a unit: with a hundred it is the grid of whole steps that limits the speed.
+    let fine = |text: String| {
+        text.replace(
+            "[100, 100, 100, 100, 100, 100]",
+            "[1e3, 1e3, 1e3, 1e3, 1e3, 1e3]",
+        )
+    };
+    let (_, plain) = ran(&fine(job_of(shape, "")));
     let cue = "[[cue]]\nat_ms = 0\naction = \"feed\"\npercent = 200\n";
 
-    let (job, fast) = ran(&job_of(shape, cue));
+    let (job, fast) = ran(&fine(job_of(shape, cue)));
 
     assert_sound(&PathFigures::of(&job, path_of(&job), &fast, 1.0));
     let ratio = seconds(plain.trace.end()) / seconds(fast.trace.end());

@@ -227,6 +227,12 @@ fn the_delivered_jobs_are_listed_and_help_shows_examples() {
         list.contains("drill-point") && list.contains("counts"),
         "{list}"
     );
+    for path in ["stop-to-stop", "circle", "trochoid"] {
+        assert!(
+            list.contains(&format!("host-tests/jobs/{path}.toml")),
+            "{list}"
+        );
+    }
     assert!(
         help.contains("Examples:") && help.contains("hexstep run"),
         "{help}"
@@ -246,4 +252,37 @@ fn the_trace_can_be_left_out() {
 
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(folder.files(), ["out/report.html", "some.toml"]);
+}
+
+#[test]
+fn a_path_in_a_table_beside_its_job_runs_or_is_refused_by_the_tables_own_line() {
+    let folder = Folder::new("table");
+    let circle = include_str!("../jobs/circle.toml");
+    let job: String = circle
+        .lines()
+        .map(|line| match line.starts_with("shape") {
+            true => "file = \"table.csv\"\n".into(),
+            false => format!("{line}\n"),
+        })
+        .collect();
+    std::fs::create_dir_all(folder.0.join("jobs")).expect("made");
+    folder.write("jobs/some.toml", job.as_bytes());
+    folder.write("jobs/table.csv", b"d1,theta1,F\n-1,2,\n-2,,60\n");
+
+    let right = folder.hexstep(&["run", "jobs/some.toml", "--trace", "none", "--out", "out"]);
+    folder.write("jobs/table.csv", b"d1,theta1,F\n-1,2,\n-2,91,60\n");
+    let wrong = folder.hexstep(&["run", "jobs/some.toml", "--out", "none"]);
+
+    assert_eq!(right.status.code(), Some(0), "{}", text(&right.stderr));
+    assert!(text(&right.stdout).contains("2 blocks"));
+    let error = text(&wrong.stderr);
+    assert_eq!(wrong.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains("table.csv:3:1: theta1: OutOfTravel"),
+        "{error}"
+    );
+    assert_eq!(
+        folder.files(),
+        ["jobs/some.toml", "jobs/table.csv", "out/report.html"]
+    );
 }

@@ -288,9 +288,10 @@ impl<'a> PathFigures<'a> {
             .x_range(from, to)
             .y_range(0.0, 1.15 * (self.allowed().max(self.contour.largest) * 1e3))
             .line("contour error", colour(0), micrometres)
-            .limit("tolerance and a step", self.allowed() * 1e3);
+            .limit("tolerance; tolerance and a step", self.allowed() * 1e3);
         if tolerance > 0.0 {
-            chart = chart.limit("tolerance", tolerance);
+            // A step above it stands the label of both.
+            chart = chart.limit("", tolerance);
         }
         report.figure(
             &chart.svg(),

@@ -290,6 +290,66 @@ fn both_sides_of_the_five_axis_pair_take_the_joints_of_the_specification() {
     all_near(&plan(&text).unwrap().1.start, &row, 6, "support");
 }
 
+#[test]
+fn a_four_axis_side_takes_a_direction_that_it_cannot_reach_as_near_as_it_can_and_says_by_how_much()
+{
+    // Section 9, M4, the row with a residual of 2.876656294 deg.
+    let n = Vector::new(0.1f64, 0.05, 0.99).unit(0.1).unwrap();
+    let at = |y: f64| {
+        let p = Vector::new(100.0, y, -2.0) + n * 1.5;
+        [p.x, p.y, p.z, n.x, n.y, n.z]
+    };
+    let text = with_poses(&text_of("two-sided"), &[&at(50.0), &at(80.0)]);
+    let (job, plan) = plan(&text).unwrap();
+
+    let row = [740.350040484, 500.075279050, -52.534599207, 5.767888898];
+    all_near(&plan.start, &row, 6, "joints");
+    near(plan.residual, 2.876656294, 6, "residual");
+    judge(&job);
+}
+
+#[test]
+fn the_best_choice_goes_where_the_nearest_is_trapped_by_a_limit() {
+    // Section 9, path choice.
+    let head = text_of("pole-crossing");
+    let head = with_line(&head, "primary_point", "");
+    let head = with_line(&head, "secondary_point", "");
+    let head = with_line(
+        &head,
+        "travel",
+        "travel = [[-300, 300], [-300, 300], [-200, 200], [-270, 270], [-110, 25]]",
+    );
+    let head = with_line(&head, "near", "near = [0, 0, 0, 0, 5]");
+    let trap = with_poses(
+        &head,
+        &[
+            &[0.0, 0.0, 0.0, 0.05, -0.2, 0.97],
+            &[5.0, 0.0, 0.0, 0.1, -0.4, 0.9],
+            &[10.0, 0.0, 0.0, 0.1, -0.6, 0.75],
+        ],
+    );
+    let best = with_line(&trap, "feed", "feed = 1500\nchoice = \"best\"");
+
+    let error = plan(&trap).unwrap_err();
+    assert_eq!(
+        (error.name, error.key.as_deref()),
+        ("Reconfigure", Some("path.poses[2]"))
+    );
+
+    let (job, plan) = plan(&best).unwrap();
+    all_near(&plan.start[3..], &[-165.963757, -11.998611], 6, "pose 0");
+    let end = |segment| {
+        plan.blocks
+            .iter()
+            .rfind(|b| b.segment == segment)
+            .unwrap()
+            .joints
+    };
+    all_near(&end(0)[3..], &[-165.963757, -24.613598], 6, "pose 1");
+    all_near(&end(1)[3..], &[-170.537678, -39.043262], 6, "pose 2");
+    judge(&job);
+}
+
 /// The generic side of the mirror milling specification, section 9: work chain X, B; tool chain Y, A and a quill W.
 const CHAIN: &str = r#"
 kind = "poses"

@@ -350,6 +350,25 @@ fn the_best_choice_goes_where_the_nearest_is_trapped_by_a_limit() {
     judge(&job);
 }
 
+#[test]
+fn a_machine_of_ones_own_and_inverse_time_are_the_same_as_the_preset_and_the_feed() {
+    let text = text_of("frustum");
+    let (_, preset) = plan(&text).unwrap();
+    let own = "model = \"five-axis\"\nclass = \"mixed\"\nprimary_axis = [0, 0, 2]\nsecondary_axis = [0, 1, 1]\nsecondary_point = [0, 0, 350]";
+    let own = with_line(&text, "model", own);
+    // A side of 500 mm at 1000 mm/min takes half a minute.
+    let own = with_line(&own, "feed", "inverse_time = 2");
+    let (_, own) = plan(&own).unwrap();
+
+    assert_eq!(own.blocks.len(), preset.blocks.len());
+    for (a, b) in own.blocks.iter().zip(&preset.blocks) {
+        all_near(&a.joints, &b.joints, 9, "joints");
+    }
+    near(own.blocks[0].duration, 30.0, 9, "a side");
+    // Here the corners have half a minute for each of their halves, too: no joint is too slow for that.
+    near(own.duration(), 12.0 * 30.0, 9, "all");
+}
+
 /// The generic side of the mirror milling specification, section 9: work chain X, B; tool chain Y, A and a quill W.
 const CHAIN: &str = r#"
 kind = "poses"

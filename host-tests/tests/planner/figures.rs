@@ -193,9 +193,10 @@ fn zigzags() {
     show("motion_zigzag_gain_mean", sum / count);
 }
 
-/// The first sample that is somewhere else than without the event, by a tenth of a step.
+/// The first sample that is somewhere else than without the event, by the 10 000th of a step: the instant at which the
+/// acceleration begins to change.
 fn leaves(plain: &[[f64; 6]], samples: &[[f64; 6]]) -> usize {
-    let differs = |(p, s): (&[f64; 6], &[f64; 6])| (0..6).any(|i| (p[i] - s[i]).abs() > 0.1);
+    let differs = |(p, s): (&[f64; 6], &[f64; 6])| (0..6).any(|i| (p[i] - s[i]).abs() > 1e-4);
     plain.iter().zip(samples).position(differs).expect("acts")
 }
 

@@ -92,6 +92,7 @@ pub struct Machine<'a> {
     interpolator: Interpolator<'a, AXES>,
     receiver: Receiver<'a>,
     shared: &'a Shared,
+    flags: &'a RealTime,
     wires: &'a Wires,
     pins: Pins<'a>,
     timer: SysTick,
@@ -125,6 +126,7 @@ pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
         interpolator: Interpolator::new(segment_receiver, &shared, StepMode::Pulse, rest),
         receiver: Receiver::new(byte_sender, &flags),
         shared: &shared,
+        flags: &flags,
         wires: &wires,
         pins: PinPort {
             steps: Pin::all(&wires.levels),
@@ -153,6 +155,12 @@ impl Machine<'_> {
     pub fn say(&mut self, line: &str) {
         self.put(line.as_bytes());
         self.put(b"\n");
+    }
+
+    /// The probe touches: what the interrupt of its pin does.
+    pub fn touch(&mut self) {
+        self.shared.latch();
+        self.flags.raise(RealTime::TOUCH);
     }
 
     /// Everything answered since it was last asked for.

@@ -293,7 +293,8 @@ fn refused_lines_are_answered_as_in_memory_and_move_nothing() {
 fn any_bytes_at_all_leave_a_machine_that_answers() {
     let Some(firmware) = firmware() else { return };
     let mut emulator = boot_for_motion(firmware);
-    // Every byte but soft reset, in an order without pattern, and far more of them than the buffer holds.
+    // Every byte but soft reset, in an order without pattern, and far more of them than the buffer holds; then the end of
+    // a hold that may be among them.
     let mut state = 0x2545_F491_4F6C_DD1D_u64;
     let bytes: Vec<u8> = (0..20_000)
         .map(|_| {
@@ -306,7 +307,7 @@ fn any_bytes_at_all_leave_a_machine_that_answers() {
         .collect();
 
     emulator.send_bytes(&bytes).unwrap();
-    emulator.send_bytes(b"\n").unwrap();
+    emulator.send_bytes(b"~\n").unwrap();
 
     emulator.expect_idle(JOB).unwrap();
     emulator.send("$STAT").unwrap();
@@ -512,4 +513,147 @@ fn the_image_behind_a_bootloader_starts_as_well() {
 
     let positions = emulator.take_recording().positions(false);
     assert_eq!(positions, [3, 0, 0, 0, 0, -3, 0, 0]);
+}
+
+/// Numbers that look random and are the same for the same seed (Vigna's splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: i64) -> i64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) % n.unsigned_abs()) as i64
+    }
+}
+
+/// A joint path of all kinds of moves, with holds, overrides and trims at given milliseconds; every fifth one is longer
+/// than the look-ahead.
+fn program(seed: u64) -> Vec<String> {
+    let mut r = Random(seed);
+    let mut lines = Vec::new();
+    let mut at = 5 + r.below(60);
+    for _ in 0..1 + r.below(5) {
+        let hold = 1 + r.below(120);
+        match r.below(5) {
+            0 => {
+                lines.push(format!("$CUE={at},HOLD"));
+                lines.push(format!("$CUE={},RESUME", at + hold));
+                at += hold;
+            }
+            1 => lines.push(format!("$CUE={at},FEED,{}", 10 + r.below(191))),
+            2 => lines.push(format!("$CUE={at},RAPID,{}", 5 + r.below(96))),
+            3 => lines.push(format!(
+                "$CUE={at},TRIM,{},{}",
+                r.below(6),
+                r.below(41) - 20
+            )),
+            _ => lines.push(format!(
+                "$CUE={at},FEED,{}",
+                [50, 100, 200][r.below(3) as usize]
+            )),
+        }
+        at += 1 + r.below(80);
+    }
+    let count = if seed.is_multiple_of(5) {
+        120
+    } else {
+        3 + r.below(30)
+    };
+    let mut q = [0i64; 6];
+    let size = [3, 60, 1500][r.below(3) as usize];
+    for k in 0..count {
+        match r.below(4) {
+            // All joints anywhere.
+            0 => q = q.map(|x| (x + r.below(2 * size + 1) - size).clamp(-4000, 4000)),
+            // A smooth piece.
+            1 | 2 => {
+                for (i, x) in q.iter_mut().enumerate() {
+                    let angle = k as f64 * 0.2 * (i + 1) as f64;
+                    *x += (angle.cos() * size as f64 * 0.2) as i64;
+                    *x = (*x).clamp(-4000, 4000);
+                }
+            }
+            // One joint, there and back.
+            _ => {
+                let i = r.below(6) as usize;
+                q[i] = -q[i] + r.below(3) - 1;
+            }
+        }
+        let words: Vec<String> = q.iter().map(i64::to_string).collect();
+        let ms = r.below(25);
+        lines.push(format!("$MOVE={},0.{:03}", words.join(","), ms));
+    }
+    lines.push("$MOVE=END".into());
+    lines
+}
+
+/// The pulses of a program whose lines come as fast as they are answered.
+fn in_memory(machine: &mut machine::Machine<'_>, lines: &[String]) -> Pulses {
+    for line in lines {
+        machine.say(line);
+        let mut answer = String::new();
+        while !answer.ends_with("ok\r\n") {
+            assert!(!answer.contains("error"), "{line}: {answer}");
+            machine.step();
+            answer += &machine.heard();
+        }
+    }
+    machine.run_to_rest();
+    machine.run(3);
+    Pulses::of_trace(&machine.take_trace())
+}
+
+#[test]
+fn programs_with_holds_overrides_and_trims_make_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+    let mut settings: Vec<String> = COARSE.iter().map(|&line| line.into()).collect();
+    settings.extend(["$1003=0.05".into(), "$1013=0.2".into()]);
+
+    machine::with(|machine| {
+        machine.ask(ALLOW);
+        for line in &settings {
+            assert!(machine.ask(line).ends_with("ok\r\n"));
+            assert_eq!(ask(&mut emulator, line), ["ok"]);
+        }
+        let mut changes = 0;
+        for seed in 1..=20 {
+            let lines = program(seed);
+            machine.take_trace();
+            emulator.take_recording();
+            let wanted = in_memory(machine, &lines);
+            for line in &lines {
+                assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
+            }
+            emulator.expect_idle(JOB).unwrap();
+            let pulses = emulator.take_recording().pulses();
+
+            let difference = wanted.first_difference(&pulses);
+            assert_eq!(
+                difference, None,
+                "program {seed}: change, as in memory, as in the emulator"
+            );
+            changes += wanted.len();
+            // Back to where it began, without trims.
+            let back: Vec<String> = (0..6)
+                .map(|motor| format!("$CUE=1,TRIM,{motor},0"))
+                .chain([
+                    "$MOVE=1,1,1,1,1,1,0.1".into(),
+                    "$MOVE=0,0,0,0,0,0,0.1".into(),
+                ])
+                .chain(["$MOVE=END".into()])
+                .collect();
+            in_memory(machine, &back);
+            for line in &back {
+                assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
+            }
+            emulator.expect_idle(JOB).unwrap();
+            assert_eq!(machine.controller.counts(), [0; 6], "program {seed}");
+        }
+        assert!(changes > 100_000, "{changes} edges are not much of a test");
+        assert_eq!(machine.starved(), 0);
+    });
+    assert_eq!(ask(&mut emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
 }

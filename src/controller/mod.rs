@@ -153,10 +153,12 @@ impl<'a, B: Board> Controller<'a, B> {
         moved
     }
 
-    /// Whether there is nothing to do until somebody asks for more: all done and at rest, or held at rest.
+    /// Whether there is nothing to do until somebody asks for more: all done and at rest, held at rest, or with a stream
+    /// that has not begun.
     pub fn is_idle(&self) -> bool {
         let waits = match self.state() {
-            State::Run | State::Jog | State::Hold { moving: true } => return false,
+            State::Run => !self.waits_for_targets(),
+            State::Jog | State::Hold { moving: true } => true,
             // Lines wait for the resume.
             State::Hold { moving: false } => !self.cues.is_empty(),
             State::Idle | State::Alarm => !self.bytes.is_empty(),
@@ -178,6 +180,17 @@ impl<'a, B: Board> Controller<'a, B> {
         } else {
             State::Run
         }
+    }
+
+    fn waits_for_targets(&self) -> bool {
+        let waits = matches!(
+            self.job,
+            Job::Stream {
+                begun: false,
+                waiting: None
+            }
+        );
+        waits && !self.planner.is_full() && self.motors_rest() && self.bytes.is_empty()
     }
 
     /// Steps put out by each motor once all that is queued has run.

@@ -19,7 +19,7 @@ const LEAD: usize = 7;
 
 /// A stream under way whose input pauses runs on, towards the standstill that its plan ends in, before the queue holds
 /// less than this.
-const LOW_WATER: usize = 4;
+const LOW_WATER: usize = 5;
 
 /// How a probe move ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -264,7 +264,8 @@ impl<B: Board> Controller<'_, B> {
             }
             _ => true,
         };
-        if !flows || self.planner.is_idle() && !self.planner.is_held() {
+        let halts = self.planner.is_held() || self.planner.is_stopping();
+        if !flows || self.planner.is_idle() && !halts {
             return None;
         }
         while let Some(action) = self.cues.due() {
@@ -291,7 +292,14 @@ impl<B: Board> Controller<'_, B> {
     fn act(&mut self, action: Action) {
         match action {
             Action::Hold => self.hold(),
-            Action::Resume => self.resume(),
+            Action::Resume => {
+                // From rest, a stream waits for its look-ahead once more, as on every other machine.
+                let rests = self.planner.is_at_rest();
+                self.resume();
+                if let Job::Stream { begun, .. } = &mut self.job {
+                    *begun &= !rests;
+                }
+            }
             // Both within their ranges: a cue has been looked at when it was taken.
             Action::Feed(factor) => {
                 let _ = self.planner.set_feed_override(factor);
@@ -351,6 +359,9 @@ impl<B: Board> Controller<'_, B> {
         {
             self.touching = false;
             self.probed = self.segmenter.positions_at(at).map(Probed::Contact);
+        }
+        if self.planner.is_stopping() {
+            return false;
         }
         let open = matches!(
             self.job,

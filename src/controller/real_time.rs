@@ -79,20 +79,16 @@ impl<B: Board> Controller<'_, B> {
         if self.stopping.is_some() || self.resetting {
             return;
         }
-        if matches!(self.job, Job::Check { .. }) {
+        let rests = self.planner.is_at_rest() && self.pending.is_none() && self.motors_rest();
+        if !rests {
+            self.stop_now(Alarm::StoppedInMotion);
+        } else if self.is_moving() || self.planner.is_held() {
+            // A path that has not begun, or is held, is dropped.
             self.job = Job::None;
-        }
-        match self.state() {
-            State::Run | State::Jog | State::Hold { moving: true } => {
-                self.stop_now(Alarm::StoppedInMotion);
-            }
-            State::Hold { moving: false } => {
-                self.stop_motion();
-                self.resetting = true;
-            }
-            // An alarm may have left something moving.
-            State::Alarm if self.is_moving() => self.stop_now(Alarm::StoppedInMotion),
-            State::Idle | State::Alarm => self.banner(),
+            self.planner.stop();
+            self.resetting = true;
+        } else {
+            self.banner();
         }
     }
 

@@ -284,6 +284,8 @@ where
         joints.0.iter().fold(R::ONE, |most, q| most.max(q.abs()))
     }
 
+    // The types are those of the machine at hand; a name for them would have to carry all of its parameters.
+    #[allow(clippy::type_complexity)]
     fn stretch_to(
         &self,
         to: End<M::Course, R>,

@@ -25,6 +25,9 @@ pub trait Kinematics<const N: usize, R: Real> {
 }
 
 /// Why a pose has no joints.
+///
+/// As wide as a number: beside a single byte, joints in a `Result` are copied byte by byte (140 instructions a copy).
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The pose or the joints before it hold a number that is not finite.

@@ -38,14 +38,21 @@ pub(super) struct Span {
     pub through: bool,
     /// Highest speed at its start, without acceleration, from which all that follows can be met.
     pub entry: f32,
-    /// The ramp that `entry` stands for: to `root_speed` at the start of the span `root` ahead, `root_way` away.
-    pub root: u16,
-    pub root_way: f32,
-    pub root_speed: f32,
-    /// Least limits on the way to the root.
-    pub root_a: f32,
-    pub root_j: f32,
-    pub root_cap: f32,
+    /// The ramp that `entry` stands for.
+    pub root: Target,
+}
+
+/// Where a ramp that starts in a span may lead, and the least limits on the way there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Target {
+    /// Spans ahead, and distance to its start.
+    pub span: u16,
+    pub way: f32,
+    pub speed: f32,
+    pub a: f32,
+    pub j: f32,
+    /// Speed not to be exceeded on the way.
+    pub cap: f32,
 }
 
 impl Span {
@@ -56,13 +63,20 @@ impl Span {
         j: f32::INFINITY,
         through: true,
         entry: 0.0,
-        root: 1,
-        root_way: 0.0,
-        root_speed: 0.0,
-        root_a: 0.0,
-        root_j: 0.0,
-        root_cap: 0.0,
+        root: Target {
+            span: 1,
+            way: 0.0,
+            speed: 0.0,
+            a: 0.0,
+            j: 0.0,
+            cap: 0.0,
+        },
     };
+
+    /// Without length, and no stop: nothing but the border of the bodies on both sides.
+    pub fn is_border(&self) -> bool {
+        self.length <= 0.0 && self.through && self.v == f32::INFINITY
+    }
 
     pub fn limit(&mut self, length: f32, limit: Limit, through: bool) {
         self.length = length;
@@ -187,10 +201,10 @@ fn limit<const N: usize>(
     let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
     let mut r4 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        r1 = r1.max(s.m1 * scaled.inverse_v[i]);
-        r2 = r2.max(s.m2 * scaled.inverse_a[i]);
-        r3 = r3.max(s.m3 * scaled.inverse_j[i]);
-        r4 = r4.max(s.alone * scaled.inverse_j[i]);
+        r1 = Real::max(r1, s.m1 * scaled.inverse_v[i]);
+        r2 = Real::max(r2, s.m2 * scaled.inverse_a[i]);
+        r3 = Real::max(r3, s.m3 * scaled.inverse_j[i]);
+        r4 = Real::max(r4, s.alone * scaled.inverse_j[i]);
     }
     let mut v = 1.0 / r1;
     if v * v * r2 > split.a {
@@ -208,7 +222,7 @@ fn limit<const N: usize>(
     let felt = short.felt(v);
     let mut most = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        most = most.max((s.m3 + s.alone * felt) * scaled.inverse_j[i]);
+        most = Real::max(most, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
     }
     let used = v * v * v * most;
     if used > split.j {
@@ -218,15 +232,21 @@ fn limit<const N: usize>(
     // 1/A and 1/J of the joint that allows least.
     let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
     for (i, s) in slopes.iter().enumerate() {
-        slow_a = slow_a.max(s.m1 / (scaled.a[i] - v * v * s.m2));
+        slow_a = Real::max(slow_a, s.m1 / (scaled.a[i] - v * v * s.m2));
         // Half of what the curvature leaves of the jerk goes to 3 v A q''.
         let m3 = s.m3 + s.alone * felt;
-        slow_a = slow_a.max(6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * m3));
+        slow_a = Real::max(
+            slow_a,
+            6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * m3),
+        );
     }
     let a = 1.0 / slow_a;
     for (i, s) in slopes.iter().enumerate() {
         let m3 = s.m3 + s.alone * felt;
-        slow_j = slow_j.max(s.m1 / (scaled.j[i] * spare - v * v * v * m3 - 3.0 * v * a * s.m2));
+        slow_j = Real::max(
+            slow_j,
+            s.m1 / (scaled.j[i] * spare - v * v * v * m3 - 3.0 * v * a * s.m2),
+        );
     }
     // A rise of less than a sixteenth of a sample is none (and keeps the integers of profile.rs in range).
     let j = (1.0 / slow_j).min(16.0 * a);
@@ -259,22 +279,22 @@ pub(super) fn body<const N: usize>(
         s.m1 = Real::abs(u);
         let (mut first, mut second) = (0.0, 0.0);
         if let Some(before) = start {
-            s.m1 = s.m1.max(middle(before[i], u));
+            s.m1 = Real::max(s.m1, middle(before[i], u));
             let curvature = (u - before[i]) / block.d;
             s.m2 = Real::abs(curvature);
             first = curvature / block.d;
         }
         if let Some(after) = end {
-            s.m1 = s.m1.max(middle(after.u[i], u));
+            s.m1 = Real::max(s.m1, middle(after.u[i], u));
             let curvature = (after.u[i] - u) / d;
-            s.m2 = s.m2.max(Real::abs(curvature));
+            s.m2 = Real::max(s.m2, Real::abs(curvature));
             second = curvature / d;
         }
         if overlap {
             s.m3 = Real::abs(second - first);
-            s.alone = (Real::abs(first).max(Real::abs(second)) - s.m3).max(0.0);
+            s.alone = Real::max(Real::max(Real::abs(first), Real::abs(second)) - s.m3, 0.0);
         } else {
-            s.m3 = Real::abs(first).max(Real::abs(second));
+            s.m3 = Real::max(Real::abs(first), Real::abs(second));
         }
     }
     limit(scaled, &slopes, short, SMOOTH, 1.0)
@@ -295,21 +315,21 @@ pub(super) fn zone<const N: usize>(
     let mut slopes = [Slopes::default(); N];
     for (i, s) in slopes.iter_mut().enumerate() {
         let (u0, u1) = (before.u[i], block.u[i]);
-        s.m1 = Real::abs(u0).max(Real::abs(u1));
+        s.m1 = Real::max(Real::abs(u0), Real::abs(u1));
         let curvature = Real::abs(u1 - u0) / block.d;
         s.m2 = curvature;
         s.m3 = curvature / block.d;
         // Hats of the neighbours that reach in from either side; a sum bounds them all.
         if let Some(further) = further {
-            s.m1 = s.m1.max(middle(further[i], u0));
+            s.m1 = Real::max(s.m1, middle(further[i], u0));
             let curvature = Real::abs(u0 - further[i]) / before.d;
-            s.m2 = s.m2.max(curvature);
+            s.m2 = Real::max(s.m2, curvature);
             s.m3 += curvature / before.d;
         }
         if let Some(after) = after {
-            s.m1 = s.m1.max(middle(after.u[i], u1));
+            s.m1 = Real::max(s.m1, middle(after.u[i], u1));
             let curvature = Real::abs(after.u[i] - u1) / after.d;
-            s.m2 = s.m2.max(curvature);
+            s.m2 = Real::max(s.m2, curvature);
             s.m3 += curvature / after.d;
         }
     }

@@ -13,9 +13,15 @@
 //! any speed limit on its way, for it only slows down. The forward half is done as the path is run (`run.rs`): a ramp up is
 //! as high as still leaves room for the ramp down to the next root.
 
-use super::block::Span;
+use super::block::{Span, Target};
 use super::ramp;
 use super::ring::Ring;
+use crate::math::Real;
+
+/// The lesser of two numbers that are numbers: a comparison, where `f32::min` is a call on the target.
+pub(super) fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
 
 /// Overrides as factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,9 +52,10 @@ pub(super) fn cap<const N: usize>(ring: &Ring<N>, i: usize, factors: &Factors) -
     };
     let k = i / 2;
     if !i.is_multiple_of(2) {
-        return span.v.min(programmed(k));
+        return lesser(span.v, programmed(k));
     }
     if span.length <= 0.0 {
+        // A stop, or a border that limits nothing.
         return span.v;
     }
     let before = k.checked_sub(1).map_or(f32::INFINITY, programmed);
@@ -59,20 +66,7 @@ pub(super) fn cap<const N: usize>(ring: &Ring<N>, i: usize, factors: &Factors) -
             b.nominal * factors.feed
         }
     });
-    span.v.min(before).min(behind)
-}
-
-/// Where a ramp that starts in a span may lead, and within which limits.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Target {
-    /// Spans ahead, and distance to its start.
-    pub span: u16,
-    pub way: f32,
-    pub speed: f32,
-    pub a: f32,
-    pub j: f32,
-    /// Speed not to be exceeded on the way.
-    pub cap: f32,
+    lesser(span.v, lesser(before, behind))
 }
 
 /// From `way` before the end of `span` (with speed limit `cap`) to the start of the next span.
@@ -100,66 +94,89 @@ pub(super) fn beyond(
         return None;
     }
     Some(Target {
-        span: next.root + 1,
-        way: way + next.root_way,
-        speed: next.root_speed,
-        a: span.a.min(next.root_a),
-        j: span.j.min(next.root_j),
-        cap: cap.min(next.root_cap),
+        span: next.root.span + 1,
+        way: way + next.root.way,
+        speed: next.root.speed,
+        a: lesser(span.a, next.root.a),
+        j: lesser(span.j, next.root.j),
+        cap: lesser(cap, next.root.cap),
     })
 }
 
-/// Plans spans from the last down to `first`; those before `changed` only as far as anything changes.
-pub(super) fn plan<const N: usize>(
-    ring: &mut Ring<N>,
-    factors: &Factors,
-    first: usize,
-    changed: usize,
-) {
-    let mut next: Option<Span> = None;
+/// Plans all spans from the last down; those before `changed` only as far as anything changes.
+pub(super) fn plan<const N: usize>(ring: &mut Ring<N>, factors: &Factors, changed: usize) {
     let mut next_cap = 0.0;
-    for i in (first..2 * ring.len()).rev() {
-        let own = cap(ring, i, factors);
-        let Some(span) = ring.span_mut(i) else { return };
-        let mut best = adjacent(span, span.length, own, next.as_ref());
-        let mut entry = if span.through || i % 2 == 1 {
-            ramp_to(&best).min(own)
-        } else {
-            best.speed.min(own)
+    for i in (0..2 * ring.len()).rev() {
+        let (Some(span), next) = (ring.span(i), ring.span(i + 1)) else {
+            return;
         };
-        if entry < own
-            && let Some(far) = beyond(span, span.length, own, next.as_ref(), next_cap)
-        {
-            let other = ramp_to(&far).min(far.cap);
-            if other > entry {
-                entry = other;
-                best = far;
+        let (own, (entry, root)) = match next {
+            Some(next) if span.is_border() => (f32::INFINITY, carried(next, next_cap)),
+            _ => {
+                let own = cap(ring, i, factors);
+                (own, entry(span, i % 2 == 1, own, next, next_cap))
             }
-        }
-        let planned = Span {
-            entry,
-            root: best.span,
-            root_way: best.way,
-            root_speed: best.speed,
-            root_a: best.a,
-            root_j: best.j,
-            root_cap: best.cap,
-            ..*span
         };
-        let same = span.entry == entry
-            && span.root == planned.root
-            && span.root_way == planned.root_way
-            && span.root_speed == planned.root_speed
-            && span.root_a == planned.root_a
-            && span.root_j == planned.root_j
-            && span.root_cap == planned.root_cap;
-        *span = planned;
-        if same && i < changed {
+        if i < changed && span.entry == entry && span.root == root {
             return;
         }
-        next = Some(planned);
+        if let Some(span) = ring.span_mut(i) {
+            span.entry = entry;
+            span.root = root;
+        }
         next_cap = own;
     }
+}
+
+/// A border between two bodies, where the path is round: what stands behind it stands before it.
+fn carried(next: &Span, next_cap: f32) -> (f32, Target) {
+    let mut root = if next.through && next.entry < next_cap {
+        next.root
+    } else {
+        Target {
+            span: 0,
+            way: 0.0,
+            speed: next.entry,
+            a: f32::INFINITY,
+            j: f32::INFINITY,
+            cap: f32::INFINITY,
+        }
+    };
+    root.span += 1;
+    (next.entry, root)
+}
+
+/// Highest speed at the start of `span`, and the ramp that it stands for.
+fn entry(
+    span: &Span,
+    is_body: bool,
+    own: f32,
+    next: Option<&Span>,
+    next_cap: f32,
+) -> (f32, Target) {
+    let near = adjacent(span, span.length, own, next);
+    if !(span.through || is_body) {
+        return (lesser(near.speed, own), near);
+    }
+    let far = || {
+        let far = beyond(span, span.length, own, next, next_cap)?;
+        Some((lesser(ramp_to(&far), far.cap), far))
+    };
+    // No ramp over this length gains more than this, which needs no root (ramp.rs: its time is at least 2 sqrt(dv/j)).
+    let bound = near.speed + span.j * Real::squared(0.5 * span.length / near.speed);
+    let first = if bound < own { far() } else { None };
+    if let Some(found) = first
+        && found.0 >= bound
+    {
+        return found;
+    }
+    let entry = lesser(ramp_to(&near), own);
+    if entry >= own {
+        return (entry, near);
+    }
+    let far = if first.is_some() { first } else { far() };
+    far.filter(|(other, _)| *other > entry)
+        .unwrap_or((entry, near))
 }
 
 fn ramp_to(target: &Target) -> f32 {

@@ -33,18 +33,29 @@ impl<const N: usize> Ring<N> {
         self.len = 0;
     }
 
+    /// Of block `k` <= [`BLOCKS`] in the array; without a division.
+    fn place(&self, k: usize) -> usize {
+        let place = self.head + k;
+        if place < BLOCKS {
+            place
+        } else {
+            place - BLOCKS
+        }
+    }
+
     pub fn get(&self, k: usize) -> Option<&Block<N>> {
         if k >= self.len {
             return None;
         }
-        self.blocks.get((self.head + k) % BLOCKS)
+        self.blocks.get(self.place(k))
     }
 
     pub fn get_mut(&mut self, k: usize) -> Option<&mut Block<N>> {
         if k >= self.len {
             return None;
         }
-        self.blocks.get_mut((self.head + k) % BLOCKS)
+        let place = self.place(k);
+        self.blocks.get_mut(place)
     }
 
     /// Nothing happens when full: the caller has looked.
@@ -59,7 +70,7 @@ impl<const N: usize> Ring<N> {
 
     pub fn pop(&mut self) {
         if self.len > 0 {
-            self.head = (self.head + 1) % BLOCKS;
+            self.head = self.place(1);
             self.len -= 1;
         }
     }

@@ -10,8 +10,8 @@
 //! Decisions are taken without acceleration only. Taking a planned ramp down early is always safe; so are a ramp up that
 //! ends early and any slowing that leaves the next planned ramp its room.
 
-use super::block::Span;
-use super::look_ahead::{self, Factors, Target, adjacent, beyond};
+use super::block::{Span, Target};
+use super::look_ahead::{self, Factors, adjacent, beyond, lesser};
 use super::profile::{self, Ramp};
 use super::ramp;
 use super::ring::Ring;
@@ -155,8 +155,8 @@ impl<const N: usize> Plan<'_, N> {
             if !span.through || !next.through || v > next.v * 1.001 {
                 return None;
             }
-            a = a.min(next.a);
-            j = j.min(next.j);
+            a = lesser(a, next.a);
+            j = lesser(j, next.j);
             way += next.length;
             span = next;
         }
@@ -264,24 +264,35 @@ impl Runner {
         };
         let (mut a, mut j) = (span.a, span.j);
         let mut way = profile::length_of(plan.start(i + 1) - x);
-        loop {
-            // To some speed in between may take an eighth more than to rest.
-            if ramp::distance(v, 0.0, a, j) * 1.125 <= way {
-                return i / 2 + 1;
-            }
+        // To some speed in between may take an eighth more than to rest.
+        let to_rest = |v, a, j| ramp::distance(v, 0.0, a, j) * 1.125;
+        let mut needed = to_rest(v, a, j);
+        while needed > way {
             i += 1;
             let Some(next) = plan.ring.span(i) else {
                 return plan.ring.len();
             };
             if span.through && next.through {
-                a = a.min(next.a);
-                j = j.min(next.j);
                 way += next.length;
+                if next.a < a || next.j < j {
+                    (a, j) = (lesser(a, next.a), lesser(j, next.j));
+                    needed = to_rest(v, a, j);
+                }
             } else {
-                v = v.min(next.entry);
+                v = lesser(v, next.entry);
                 (a, j, way) = (next.a, next.j, next.length);
+                needed = to_rest(v, a, j);
             }
             span = next;
+        }
+        i / 2 + 1
+    }
+
+    /// Whether a ramp up goes on for all of the next millisecond.
+    pub fn rises_on(&self) -> bool {
+        match &self.mode {
+            Mode::Ramp(ramp) => !ramp.slows() && ramp.left() > profile::TICK,
+            _ => false,
         }
     }
 
@@ -553,8 +564,8 @@ impl Runner {
             match plan.ring.span(k) {
                 // Only what may be entered at this speed may be crossed while slowing down gently.
                 Some(next) if through && next.through && v <= next.v * USABLE => {
-                    a = a.min(next.a);
-                    j = j.min(next.j);
+                    a = lesser(a, next.a);
+                    j = lesser(j, next.j);
                     reach += next.length;
                     through = next.through;
                     k += 1;
@@ -635,8 +646,8 @@ fn peak<const N: usize>(
             return near();
         }
         through = next.through;
-        a = a.min(next.a);
-        j = j.min(next.j);
+        a = lesser(a, next.a);
+        j = lesser(j, next.j);
         cap = cap.min(plan.cap(m));
         way += next.length;
         m += 1;
@@ -659,8 +670,8 @@ fn limits_up<const N: usize>(
         if !next.through {
             break;
         }
-        a = a.min(next.a);
-        j = j.min(next.j);
+        a = lesser(a, next.a);
+        j = lesser(j, next.j);
         way += next.length;
         m += 1;
     }

@@ -78,7 +78,7 @@ impl<const N: usize> Trace<N> {
     pub fn enter(&mut self, block: &Block<N>) {
         for i in 0..N {
             let way = (i64::from(block.end[i]) << 32) - self.base[i];
-            self.direction[i] = ((i128::from(way) << 40) / i128::from(block.bits.max(1))) as i64;
+            self.direction[i] = profile::direction(way, block.bits.max(1));
         }
     }
 

@@ -44,6 +44,7 @@ pub enum CueError {
 }
 
 /// The cues to come, by time.
+#[derive(Debug, Default)]
 pub struct Cues {
     waiting: Deque<Cue, CUES>,
     /// Milliseconds of motion so far.

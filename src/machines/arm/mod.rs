@@ -16,8 +16,19 @@
 //! adding angles and taking their sines, so that all eight branches need 19 arctangents and no sine. The last angle is
 //! read from a row of the wrist that is well conditioned at every pose, whatever theta4 is.
 //!
-//! Flange pose in the base frame, mm; angles in rad, theta as tabled (zero offset). Inverse accuracy: 1e-8 mm and rad
-//! in f64, 1e-5 rad in f32 away from singular poses.
+//! Flange pose in the base frame, mm; angles in rad, theta as tabled (zero offset).
+//!
+//! Errors in f32 against f64, largest of 101 000 random poses of the ER3B and 100 random arms that reach to 1000 mm, all
+//! branches (measured again by `host-tests/tests/arm.rs`; in f64 forward(inverse) is within 1e-8 mm):
+//!
+//! | | f32 |
+//! |---|---|
+//! | flange of the forward map | 1.5e-4 mm |
+//! | flange, forward(inverse) | 6.6e-4 mm; 3.5e-3 mm within 3 deg of a stretched or folded elbow |
+//! | direction, forward(inverse) | 7.6e-5 deg at every pose |
+//! | joint angle, away from singular poses | 3.5e-6 rad |
+//!
+//! Cost on a Cortex-M4F in f32: 7600 instructions for all branches (`arm_ik_instructions` of `cargo xtask bench`).
 //!
 //! Source: specification of surface grinding, section 9; ER3B dimensions from the table of the paper (its columns corrected).
 

@@ -28,8 +28,8 @@
 //! | direction | < 1e-9 deg | 8.7e-5 deg; 2.8e-5 deg near the pole of the presets |
 //! | joint angle | | 5.1e-5 deg / S |
 //!
-//! Cost on a Cortex-M4F in f32: 530 instructions for the direction, both solutions; 1430 for a whole inverse with
-//! choice and linear part; 430 for the bounds.
+//! Cost on a Cortex-M4F in f32: 600 instructions for the direction, both solutions; 1800 for a whole inverse with choice,
+//! linear part and travel (`five_axis_*_instructions` of `cargo xtask bench`); 430 for the bounds.
 //!
 //! ```
 //! use hexstep::geometry::Vector;
@@ -152,7 +152,7 @@ impl<R: Real> FiveAxis<R> {
     /// Reachable tilts of the tool from the axis next to the work, [lo, hi] [rad]. lo > 0: the pole itself is out of
     /// reach.
     pub fn band(&self) -> [R; 2] {
-        [self.direction.lo, self.direction.hi]
+        self.direction.band()
     }
 
     /// Travel of X, Y, Z, primary, secondary [mm, rad].

@@ -15,7 +15,17 @@
 //! A joint on a work chain that both sides share is listed on both, first in the same order on each work chain. Side 1
 //! sets it; for side 2 it is a known value, and that side needs three linears and up to two rotaries besides.
 //!
-//! Accuracy: tip 1e-9 mm in f64, 1e-3 mm in f32 (coordinates to 1000 mm); thickness from two forward maps 5e-4 mm in f32.
+//! Errors in f32 against f64, largest of 100 000 random poses on 100 random sides and of 20 000 on both reference
+//! machines, coordinates to 1000 mm (measured again by `host-tests/tests/mirror.rs`; in f64 the tip is within 1e-9 mm):
+//!
+//! | | random sides | reference machines |
+//! |---|---|---|
+//! | tip, forward(inverse) | 7.0e-4 mm | 1.4e-4 mm |
+//! | direction, both solutions | 6.7e-5 deg | below 1e-4 deg |
+//! | gap or residual | 2.0e-5 deg | 8.1e-6 deg |
+//! | thickness from two forward maps | | 8.9e-5 mm |
+//!
+//! Cost on a Cortex-M4F in f32: 5100 instructions for both five-axis sides; 6800 with a trimmer tick and the trims.
 //!
 //! Source: Liu, Wang, Li, Ding, Bo, Xiao, Wang, "Kinematic modeling and automatic trajectory adjustment for mirror
 //! milling based on screw theory" (2024), sections 2 and 3; the presets are the specification's (section 8).

@@ -12,7 +12,7 @@
 //!
 //! Source: specification of mirror milling, section 4.
 
-use super::direction::{AxesError, Direction, Heading, Kind, OneRotary, SNAP, TwoRotaries};
+use super::direction::{AxesError, Direction, Heading, Kind, OneRotary, SNAP};
 use crate::geometry::twist::LEAST_DIRECTION;
 use crate::geometry::{Pose, Vector};
 use crate::joints::Joints;
@@ -114,7 +114,7 @@ impl<const N: usize, R: Real> Side<N, R> {
         let series = chain.series();
         let u = series.tool_home.rotation * series.axis;
         let heading = match (axis(rotaries[0]), axis(rotaries[1])) {
-            (Some(m1), Some(m2)) => Heading::Two(TwoRotaries::new(m1, m2, u)?),
+            (Some(m1), Some(m2)) => Heading::two(m1, m2, u)?,
             (Some(w), None) => Heading::One(OneRotary::new(w, u)?),
             _ => Heading::None { u },
         };

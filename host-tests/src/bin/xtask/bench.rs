@@ -3,9 +3,9 @@
 
 use super::board::Board;
 use super::build::{self, BENCH, FIRMWARE};
-use super::figures::Measured;
+use super::figures::{FIGURES, Measured};
 use super::install;
-use super::run::Outcome;
+use super::run::{Outcome, cargo, shown};
 use hexstep_host::emulator::{Counter, Elf, Emulator, Options, Recording, Tally};
 use hexstep_host::machine;
 use hexstep_host::surface::{self, PathRow, SurfaceError};
@@ -24,28 +24,39 @@ const FASTEST: &str = "$0=1";
 const PULSE_SECONDS: f64 = 100_000.0 * 2.0 * 240.0 / CORE_HZ + 1e-6;
 const EDGE_SECONDS: f64 = 100_000.0 * 240.0 / CORE_HZ + 1e-6;
 
-pub fn task(board: Board) -> Outcome<()> {
+/// `only_functions`: nothing but the functions of the bench program, and no file is written.
+pub fn task(board: Board, only_functions: bool) -> Outcome<()> {
     install::everything()?;
-    let firmware = build::firmware(board, FIRMWARE, false)?;
     let bench = build::firmware(board, BENCH, false)?;
-    let folder = firmware.parent().unwrap_or(Path::new("."));
+    let folder = bench.parent().unwrap_or(Path::new("."));
     let counter = Counter::build(folder).map_err(|error| error.to_string())?;
 
     let mut measured = Measured::default();
+    if only_functions {
+        functions(&bench, counter, &mut measured)?;
+        return verdict(&measured.print(false));
+    }
+    let firmware = build::firmware(board, FIRMWARE, false)?;
     step_interrupt(&firmware, &counter, &mut measured)?;
     functions(&bench, counter, &mut measured)?;
     sizes(&firmware, &mut measured)?;
     host_speed(&mut measured)?;
     planning(&mut measured)?;
+    peer(&mut measured)?;
+    motion(&mut measured)?;
 
     println!();
-    let missed = measured.print();
+    let missed = measured.print(true);
     println!(
         "\nInstructions are counted in the emulator; cycles are a model (memory without wait states)."
     );
     let path = folder.join("bench.json");
     measured.write(&path)?;
     println!("written to {}", path.display());
+    verdict(&missed)
+}
+
+fn verdict(missed: &[&str]) -> Outcome<()> {
     if missed.is_empty() {
         Ok(())
     } else {
@@ -183,31 +194,52 @@ impl Session {
     }
 }
 
-/// Mean instructions of functions in the bench program.
+/// Figures that are the mean instructions of one function in the bench program.
+const FUNCTIONS: [(&str, &str); 13] = [
+    ("segment_instructions", "bench_segment"),
+    ("planner_instructions_per_sample", "bench_planner_next"),
+    ("five_axis_solve_instructions", "bench_five_axis_solve"),
+    ("five_axis_full_instructions", "bench_five_axis_full"),
+    ("arm_ik_instructions", "bench_arm_ik"),
+    ("mirror_pair_instructions", "bench_mirror_pair"),
+    ("trim_tick_instructions", "bench_trim_tick"),
+    ("trim_full_tick_instructions", "bench_trim_full_tick"),
+    ("drill_pose_instructions", "bench_drill_pose"),
+    ("drill_solve_instructions", "bench_drill_solve"),
+    ("precession_pose_instructions", "bench_precession_pose"),
+    ("nurbs_eval_instructions", "bench_nurbs_eval"),
+    ("hertz_instructions", "bench_hertz"),
+];
+
+/// Instructions of functions in the bench program.
 fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outcome<()> {
     println!("functions of the foreground ...");
-    let figures = [
-        ("drill_solve_instructions", "bench_drill_solve"),
-        ("drill_pose_instructions", "bench_drill_pose"),
-        ("segment_instructions", "bench_segment"),
-        ("nurbs_eval_instructions", "bench_nurbs_eval"),
-        ("hertz_instructions", "bench_hertz"),
-    ];
-    let numbers = figures.map(|(key, function)| (key, counter.watch(function)));
+    let numbers = FUNCTIONS.map(|(key, function)| (key, counter.watch(function)));
+    let (push, next) = (counter.watch("bench_planner_push"), numbers[1].1);
+    let end = counter.watch("bench_end");
     let mut options = Options::new(elf);
     options.counter = Some(counter);
     let emulator = Emulator::boot(&options).map_err(|error| error.to_string())?;
-    let last = numbers[numbers.len() - 1].1;
     emulator
         .wait_for("end of the bench program", PATIENCE, |recording| {
-            recording.tally(last).calls >= ROUNDS
+            recording.tally(end).calls > 0
         })
         .map_err(|error| error.to_string())?;
     let recording = emulator.take_recording();
     for (key, number) in numbers {
-        measured.set(key, recording.tally(number).mean_instructions())?;
+        let tally = recording.tally(number);
+        if tally.calls < ROUNDS {
+            return Err(format!("{key}: only {} calls", tally.calls));
+        }
+        measured.set(key, tally.mean_instructions())?;
     }
-    Ok(())
+    // What a block costs from its push to its last sample.
+    let (push, next) = (recording.tally(push), recording.tally(next));
+    let blocks = push.calls as f64;
+    let planner = (push.instructions + next.instructions) as f64;
+    measured.set("planner_push_instructions", push.mean_instructions())?;
+    measured.set("planner_instructions_per_block", planner / blocks)?;
+    measured.set("planner_samples_per_block", next.calls as f64 / blocks)
 }
 
 fn sizes(elf: &Path, measured: &mut Measured) -> Outcome<()> {
@@ -255,6 +287,53 @@ fn planning(measured: &mut Measured) -> Outcome<()> {
     let rows: Vec<PathRow> = plan.segments.iter().map(PathRow::from).collect();
     let simulate = || surface::residual(&part, &job, &rows, 60).map(drop);
     measured.set("surface_residual_hard_seconds", best_of_three(simulate)?)
+}
+
+/// The arm against the crate rs-opw-kinematics, both in one run of a test, which alone may link that crate.
+fn peer(measured: &mut Measured) -> Outcome<()> {
+    const KEY: &str = "arm_against_peer_ratio";
+    println!("the arm and its peer ...");
+    let mut command = cargo();
+    command
+        .args(["test", "--quiet", "--release", "--package", "host-tests"])
+        .args(["--test", "arm", "--", "--ignored", "--nocapture", "--exact"])
+        .arg("a_pose_takes_no_longer_than_in_the_peer");
+    let output = command
+        .output()
+        .map_err(|error| format!("{}: {error}", shown(&command)))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    // If the test fails for being slower, the ratio still stands there.
+    let ratio = said
+        .lines()
+        .find_map(|line| line.strip_prefix(KEY)?.trim().parse().ok())
+        .ok_or_else(|| format!("{} gave no ratio", shown(&command)))?;
+    measured.set(KEY, ratio)
+}
+
+/// Limits, times and latencies of motion: a test that the daily loop leaves out prints a line for each.
+fn motion(measured: &mut Measured) -> Outcome<()> {
+    println!("motion: a thousand programs ...");
+    let mut command = cargo();
+    command
+        .args(["test", "--quiet", "--release", "--package", "host-tests"])
+        .args(["--test", "planner", "--", "--ignored", "--nocapture"])
+        .args(["--exact", "figures::figures_of_motion"]);
+    let output = command
+        .output()
+        .map_err(|error| format!("{}: {error}", shown(&command)))?;
+    if !output.status.success() {
+        return Err(format!("{} failed", shown(&command)));
+    }
+    let said = String::from_utf8_lossy(&output.stdout);
+    for figure in FIGURES.iter().filter(|f| f.key.starts_with("motion_")) {
+        let value = said.lines().find_map(|line| {
+            let (key, value) = line.split_once(' ')?;
+            (key == figure.key).then(|| value.trim().parse().ok())?
+        });
+        let value = value.ok_or_else(|| format!("{} gave no {}", shown(&command), figure.key))?;
+        measured.set(figure.key, value)?;
+    }
+    Ok(())
 }
 
 fn best_of_three(work: impl Fn() -> Result<(), SurfaceError>) -> Outcome<f64> {

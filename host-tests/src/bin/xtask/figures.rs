@@ -60,14 +60,39 @@ pub const FIGURES: &[Figure] = &[
     figure("isr_w1_cycles_model", "cycles/tick", AtMost(110.0), "model, entry and exit included, mean"),
     figure("isr_w1_worst_cycles_model", "cycles/tick", None, "model, worst tick"),
     figure("isr_load_100khz_six", "of the processor", AtMost(0.14), "model: pulse mode, six motors at 100 kHz"),
-    figure("segment_instructions", "instructions/segment", None, "preparing one segment of six motors"),
+    figure("segment_instructions", "instructions/segment", AtMost(2500.0), "preparing one segment of six motors"),
+    figure("planner_instructions_per_block", "instructions/block", AtMost(30_000.0), "chords of 1 mm, six joints, full look-ahead: push and samples"),
+    figure("planner_push_instructions", "instructions", None, "the push alone"),
+    figure("planner_instructions_per_sample", "instructions/sample", None, "the sample alone, backward pass included"),
+    figure("planner_samples_per_block", "samples/block", None, "how many of them come to a block"),
+    figure("motion_velocity_share", "of the limit", AtMost(1.02), "largest joint velocity, 1000 random programs"),
+    figure("motion_acceleration_share", "of the limit", AtMost(1.02), "largest joint acceleration, the same"),
+    figure("motion_jerk_share_corners", "of the limit", AtMost(1.10), "largest joint jerk, the same"),
+    figure("motion_jerk_share_smooth", "of the limit", AtMost(1.02), "largest joint jerk on circle and trochoid"),
+    figure("motion_contour_over_tolerance_steps", "steps", AtMost(1.0), "contour error beyond the tolerance, 1000 random programs"),
+    figure("motion_time_over_optimum_long", "of the optimum", AtMost(1.01), "rest to rest against rsruckig, from 2 a^3/j^2 on"),
+    figure("motion_time_over_optimum_short", "of the optimum", AtMost(1.25), "the same, down to a tenth of that"),
+    figure("motion_time_circle", "of length/feed and ramps", AtMost(1.05), "circle of 10 000 chords"),
+    figure("motion_time_trochoid", "of length/feed and ramps", AtMost(1.05), "trochoid of precession polishing, 6000 chords"),
+    figure("motion_zigzag_gain_least", "times", AtLeast(1.0), "zigzags against their blocks from rest to rest, worst"),
+    figure("motion_zigzag_gain_mean", "times", None, "the same, mean over tolerances 0.003 to 0.3 mm"),
+    figure("motion_hold_latency_ms", "ms", AtMost(10.0), "hold to deceleration, queue included, 1000 instants"),
+    figure("motion_override_latency_ms", "ms", AtMost(50.0), "override to change of speed, queue included"),
+    figure("five_axis_solve_instructions", "instructions", AtMost(900.0), "tool direction to both pairs of angles"),
+    figure("five_axis_full_instructions", "instructions", AtMost(2500.0), "the same with choice and linear part"),
+    figure("arm_ik_instructions", "instructions", AtMost(8000.0), "flange pose to eight branches"),
+    figure("mirror_pair_instructions", "instructions", AtMost(6000.0), "place of the panel to both five-axis sides"),
+    figure("trim_tick_instructions", "instructions", AtMost(80.0), "measured shift to bounded offset"),
+    figure("trim_full_tick_instructions", "instructions", AtMost(8000.0), "the same, both sides' joints, their trims and checks"),
+    figure("drill_pose_instructions", "instructions", AtMost(1500.0), "pose to six joints"),
     figure("drill_solve_instructions", "instructions", None, "grinding parameters from a drill's geometry"),
-    figure("drill_pose_instructions", "instructions", None, "pose to six joints"),
+    figure("precession_pose_instructions", "instructions", AtMost(1500.0), "one pose of the bonnet, tool frame included"),
     figure("nurbs_eval_instructions", "instructions", AtMost(3400.0), "rational bicubic: point, derivatives, normal, curvatures"),
     figure("hertz_instructions", "instructions", AtMost(5000.0), "curvatures to the ellipse of contact"),
     figure("surface_rows_hard_seconds", "s", AtMost(1.0), "planning all rows of the hard job on Dune"),
     figure("surface_rows_soft_seconds", "s", AtMost(0.2), "the same, soft job"),
     figure("surface_residual_hard_seconds", "s", AtMost(2.0), "residual of the hard job at 60 stations"),
+    figure("arm_against_peer_ratio", "of the peer's time", AtMost(1.0), "eight branches of the arm against rs-opw-kinematics, f64, this machine"),
     figure("firmware_flash_bytes", "bytes", AtMost(96.0 * 1024.0), "code and constants"),
     figure("firmware_ram_bytes", "bytes", AtMost(48.0 * 1024.0), "statics, without the stack"),
     figure("host_ticks_per_second", "ticks/s", AtLeast(20.0e6), "interpolator on this machine, one thread"),
@@ -90,11 +115,13 @@ impl Measured {
         Ok(())
     }
 
-    /// Prints the table; the names of the figures that miss their goal or were not measured.
-    pub fn print(&self) -> Vec<&'static str> {
+    /// Prints the table, with `all` or without what was not measured; the names of the figures in it that miss their goal
+    /// or were not measured.
+    pub fn print(&self, all: bool) -> Vec<&'static str> {
         let mut missed = Vec::new();
         println!("{:42} {:>14} {:>14}  unit", "figure", "value", "goal");
-        for figure in FIGURES {
+        let is_shown = |figure: &&Figure| all || self.0.contains_key(figure.key);
+        for figure in FIGURES.iter().filter(is_shown) {
             let Some(&value) = self.0.get(figure.key) else {
                 println!(
                     "{:42} {:>14} {:>14}  {}",

@@ -51,6 +51,9 @@ enum Task {
     Bench {
         #[arg(long, value_enum, default_value_t = Board::SkrPro)]
         board: Board,
+        /// Only the functions counted in the bench program; writes no file.
+        #[arg(long)]
+        functions: bool,
     },
 }
 
@@ -59,7 +62,7 @@ fn main() -> ExitCode {
         Task::Build { board, bootloader } => build::task(board, bootloader),
         Task::Flash { board, bootloader } => flash::task(board, bootloader),
         Task::Test => test::task(),
-        Task::Bench { board } => bench::task(board),
+        Task::Bench { board, functions } => bench::task(board, functions),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -847,6 +847,65 @@ fn chords_of_arms_and_chains_keep_their_tolerances_everywhere_between_their_ends
 }
 
 #[test]
+fn in_single_precision_an_arm_follows_the_same_path_within_its_tolerance() {
+    let exact = Arm::<f64>::er3b();
+    let tool = |p: f64| Vector::new(0.0, 0.0, p);
+    let start = Joints([10.0, -70.0, 10.0, 20.0, 60.0, -30.0f64].map(f64::to_radians));
+    let end = Joints([-10.0, -80.0, 25.0, 0.0, 50.0, 10.0f64].map(f64::to_radians));
+    let guide = OneBranch {
+        arm: Arm::<f32>::er3b(),
+        branch: exact.branch_of(&start),
+        tool: Pose {
+            rotation: Rotation::IDENTITY,
+            p: Vector::new(0.0f32, 0.0, 110.0),
+        },
+        work: Pose::IDENTITY,
+        speeds: Some(Joints([1.0f32; 6])),
+    };
+    let narrow = |q: &Joints<6, f64>| Joints(q.0.map(|q| q as f32));
+    let ends = [guide.forward(&narrow(&start)), guide.forward(&narrow(&end))];
+    let set = ArmSet {
+        q: narrow(&start),
+        pose: ends[0],
+    };
+    let tolerance = Tolerance {
+        tip: 0.05f32,
+        axis: 0.002,
+        subdivide: true,
+    };
+    let mut follower = Follower::new(&guide, tolerance, ends[0], set).unwrap();
+    assert!(follower.push(ends[1], None, Feed::Tip(20.0)).unwrap());
+    let mut from = start;
+    let way = {
+        let flange = |q| {
+            let pose = exact.forward(q);
+            Pose {
+                p: pose.apply(tool(110.0)),
+                ..pose
+            }
+        };
+        PoseWay::new(flange(&start), flange(&end)).unwrap()
+    };
+    let (mut u0, mut count) = (0.0, 0);
+    while let Some(block) = follower.next_block() {
+        let to = Joints(block.joints.0.map(f64::from));
+        let u1 = f64::from(block.u);
+        for k in 0..=20 {
+            let part = f64::from(k) / 20.0;
+            let q = from.zip_map(&to, |a, b| a + (b - a) * part);
+            let tip = exact.forward(&q).apply(tool(110.0));
+            let wanted = Course::at(&way, u0 + (u1 - u0) * part).p;
+            assert!((tip - wanted).norm() < 0.051, "{}", (tip - wanted).norm());
+        }
+        assert!(!block.flags.coarse && block.duration > 0.0);
+        (from, u0, count) = (to, u1, count + 1);
+    }
+    assert!(count > 3);
+    let off = from.zip_map(&end, |a, b| (a - b).abs());
+    assert!(off.0.iter().all(|q| *q < 1e-5), "{off:?}");
+}
+
+#[test]
 fn the_measure_sees_what_is_wrong_with_the_pulses() {
     // A machine whose head is 0.1 mm longer than the one that was solved for misses its path, and the measure says so.
     let (job, _) = plan(CHAIN).unwrap();

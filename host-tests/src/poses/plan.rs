@@ -1,7 +1,10 @@
 //! Poses of a job -> joint blocks, all of them or an error that says at which pose and why.
 //!
-//! The tolerances are shared: chords of joints may stray by [`CHORDS`] of them, and what is left is the planner's, which
-//! rounds the corners between the chords. The planner measures the contour in the joints, each weighed with the way that
+//! The tolerances are shared: chords of joints may stray by [`CHORDS`] of them. The planner, which rounds the corners
+//! between the chords, takes off most where a chord strays least: along a chord, u = 0 .. 1, the sum is
+//! 4 e u (1 - u) + c (1 - u / u0)^2 with u0 up to 1/2, never more than the larger of e and c. Only where it merges chords
+//! does it stray in the middle of one, by [`MERGED`] of its tolerance: that much has to fit into what the chords leave.
+//! The planner measures the contour in the joints, each weighed with the way that
 //! it carries the tip; parts of it may add up in the tip, one of all joints that slide and one of each that turns.
 
 use crate::job::{Job, JobError, Model, Pace, PoseMachine, PoseRow, PosesJob, side_error_name};
@@ -19,6 +22,9 @@ use hexstep::machines::two_sided::SideError;
 
 /// Share of both tolerances that the chords of the joints may use.
 pub const CHORDS: f64 = 0.85;
+
+/// Share of its tolerance that the planner uses up where it merges chords (see `hexstep::planner`).
+const MERGED: f64 = 0.4;
 
 /// A straight move of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,9 +100,10 @@ impl Plan {
         let levers = levers(machine, &start, &blocks);
         let turning = machine.joints.iter().filter(|joint| joint.turns).count();
         let groups = turning as f64 + 1.0;
-        let contour = (1.0 - CHORDS) * poses.tip_tolerance / groups.sqrt();
+        let rounding = (1.0 - CHORDS) / MERGED;
+        let contour = rounding * poses.tip_tolerance / groups.sqrt();
         // Where the tip lies on an axis it does not feel the turn, but the tool does.
-        let least = contour / ((1.0 - CHORDS) * poses.axis_tolerance);
+        let least = contour / (rounding * poses.axis_tolerance);
         let levers = std::array::from_fn(|i| match machine.joints.get(i) {
             Some(joint) if joint.turns => levers[i].max(least),
             _ => 1.0,

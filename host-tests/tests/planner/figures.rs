@@ -217,7 +217,7 @@ fn latencies() {
             change = change.max(leaves(&plain, &samples) - at);
         }
     }
-    // The queue holds eight segments of a millisecond at most (controller/motion.rs).
-    show("motion_hold_latency_ms", (hold + 8) as f64);
-    show("motion_override_latency_ms", (change + 8) as f64);
+    // The queue is kept five milliseconds ahead at most (controller/motion.rs).
+    show("motion_hold_latency_ms", (hold + 5) as f64);
+    show("motion_override_latency_ms", (change + 5) as f64);
 }

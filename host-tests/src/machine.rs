@@ -182,6 +182,13 @@ impl Machine<'_> {
         self.tick();
     }
 
+    /// Runs for so many ticks with the foreground busy elsewhere.
+    pub fn neglect(&mut self, ticks: u64) {
+        for _ in 0..ticks {
+            self.tick();
+        }
+    }
+
     /// Runs for so many ticks.
     pub fn run(&mut self, ticks: u64) {
         for _ in 0..ticks {

@@ -300,6 +300,36 @@ fn override_bytes_scale_the_feed_within_their_range_even_when_sent_as_utf_8() {
 }
 
 #[test]
+fn a_foreground_that_is_late_in_motion_is_counted_told_and_stops_the_machine_in_alarm() {
+    machine::with(|m| {
+        ready(m);
+        m.put(lines(&SIDES, 0.4).as_bytes());
+        m.say("$MOVE=END");
+        m.run(MS * 300);
+        m.heard();
+        // Four milliseconds are in the queue behind the running one.
+        m.neglect(MS * 3);
+        m.run(1);
+        assert_eq!(m.starved(), 0);
+        m.neglect(MS * 50);
+        let there = m.trace.positions();
+        m.run(500);
+
+        assert_eq!(m.starved(), 1);
+        let heard = m.heard();
+        assert!(
+            heard.starts_with("[MSG:Segment queue ran dry, position lost]\r\nALARM:3\r\n"),
+            "{heard}"
+        );
+        assert_eq!(m.trace.positions(), there, "no step comes after it");
+        assert_eq!(m.controller.state(), State::Alarm);
+        assert_eq!(m.controller.counts().map(i64::from), there);
+        assert!(m.ask("$STAT").contains("[MSG:starved 1]"));
+        assert!(m.ask("$MOVE=0,0,0,0,0,0").ends_with("error:9\r\n"));
+    });
+}
+
+#[test]
 fn a_rapid_override_slows_rapids_only() {
     let time = |seconds: f32, byte: u8| {
         machine::with(|m| {

@@ -16,6 +16,7 @@ use core::mem::MaybeUninit;
 use boards::stm32f407::{Hardware, REST_PERIOD};
 use cortex_m_rt::entry;
 use hexstep::controller::Controller;
+use hexstep::planner::{Limits, Planner};
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::stepper::{Interpolator, SegmentQueue, Shared, StepMode};
 
@@ -26,7 +27,9 @@ static SHARED: Shared = Shared::new();
 fn main() -> ! {
     static mut BYTES: ByteQueue = ByteQueue::new();
     static mut SEGMENTS: SegmentQueue<MOTORS> = SegmentQueue::new();
-    static mut CONTROLLER: MaybeUninit<Controller<'static, Hardware>> = MaybeUninit::uninit();
+    static mut PLANNER: MaybeUninit<Planner<MOTORS>> = MaybeUninit::uninit();
+    static mut CONTROLLER: MaybeUninit<Controller<'static, Hardware, MOTORS>> =
+        MaybeUninit::uninit();
 
     let (bytes_in, bytes_out) = BYTES.split();
     let (segments_in, segments_out) = SEGMENTS.split();
@@ -35,13 +38,17 @@ fn main() -> ! {
     let Some(hardware) = Hardware::start(receiver, interpolator) else {
         panic!("started twice");
     };
-    let controller = CONTROLLER.write(Controller::new(
-        hardware,
-        bytes_out,
-        &REAL_TIME,
-        segments_in,
-        &SHARED,
-    ));
+    let planner = built(PLANNER, || Planner::new(Limits::default(), [0; MOTORS]));
+    let controller = built(CONTROLLER, || {
+        Controller::new(
+            hardware,
+            planner,
+            bytes_out,
+            &REAL_TIME,
+            segments_in,
+            &SHARED,
+        )
+    });
     loop {
         let moved = controller.poll();
         controller.board.poll();
@@ -49,4 +56,11 @@ fn main() -> ! {
             controller.board.sleep();
         }
     }
+}
+
+/// Puts a large value into its place. Out of line: it is on the stack first, and two of them in one function would be
+/// there together.
+#[inline(never)]
+fn built<T>(place: &'static mut MaybeUninit<T>, build: impl FnOnce() -> T) -> &'static mut T {
+    place.write(build())
 }

@@ -1,15 +1,25 @@
 //! What a user may set: one table of numbers, names, units, ranges and defaults.
 //!
-//! Numbers follow Grbl 1.1 and grblHAL where one exists; from 1000 on they are ours. An axis setting stands for six
-//! numbers, one for each motor: X Y Z A B C, or d1 d2 d3 theta1 theta2 theta3 on the drill grinder.
+//! Numbers follow Grbl 1.1 and grblHAL where one exists; from 1000 on they are ours. An axis setting stands for as many
+//! numbers as there are motors, six or eight: X Y Z A B C U V. They are d1 d2 d3 theta1 theta2 theta3 on the drill grinder,
+//! and X1 Y1 Z1 B1 X2 Y2 Z2 B2 on the two-sided machine.
+//!
+//! The first three motors slide; `$376` tells which of the others turn, bit 0 for motor 3. The unit of a motor's settings
+//! follows from it: a changed bit changes what its other numbers mean, not the numbers.
 
 use crate::error::Error;
 use crate::math::Real;
 use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
 use crate::stepper::{StepMode, Timing};
 
-/// Motors of the controller.
+/// Motors of the usual machine.
 pub const AXES: usize = 6;
+
+/// Most motors: each axis setting leaves room for so many numbers before the next row begins.
+pub const MOST_AXES: usize = 8;
+
+/// Letters of the motors, in their order.
+pub const LETTERS: &str = "XYZABCUV";
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +72,7 @@ const POSITIVE: f32 = 1e-6;
 const LARGE: f32 = 1e9;
 
 /// The table, ascending.
-pub const TABLE: [Row; 15] = [
+pub const TABLE: [Row; 16] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -85,6 +95,14 @@ pub const TABLE: [Row; 15] = [
         "mm/s2, deg/s2",
         (POSITIVE, LARGE),
         (400.0, 400.0),
+    ),
+    // Its default goes by the number of motors, see `default_turning`.
+    single(
+        376,
+        "motors that turn (mask, bit 0 for the fourth motor)",
+        "",
+        (0.0, 31.0),
+        7.0,
     ),
     axis(
         800,
@@ -146,52 +164,65 @@ const SETUP: usize = 1;
 const STEPS: usize = 2;
 const RATE: usize = 3;
 const ACCELERATION: usize = 4;
-const JERK: usize = 5;
-const TOLERANCE: usize = 6;
-const LEVER: usize = 7;
-const MODE: usize = 8;
-const HOLD: usize = 9;
-const INTERNAL_CLOCK: usize = 10;
-const TRIM_SHARE: usize = 11;
-const TRIM_BOUND: usize = 12;
-const LOWER: usize = 13;
-const UPPER: usize = 14;
+const TURNING: usize = 5;
+const JERK: usize = 6;
+const TOLERANCE: usize = 7;
+const LEVER: usize = 8;
+const MODE: usize = 9;
+const HOLD: usize = 10;
+const INTERNAL_CLOCK: usize = 11;
+const TRIM_SHARE: usize = 12;
+const TRIM_BOUND: usize = 13;
+const LOWER: usize = 14;
+const UPPER: usize = 15;
 
-/// Axes from this one on turn.
+/// Motors before this one slide.
 const FIRST_TURNING: usize = 3;
 
-/// The values: a row of the table has one for each axis, a single one its first.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    values: [[f32; AXES]; TABLE.len()],
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            values: TABLE.map(|row| {
-                core::array::from_fn(|i| {
-                    if i < FIRST_TURNING {
-                        row.default.0
-                    } else {
-                        row.default.1
-                    }
-                })
-            }),
-        }
+/// Which motors turn unless somebody says otherwise, as a mask from motor 0 on: all but the first three of six; of the
+/// eight of a two-sided machine, the last one of each side.
+const fn default_turning(motors: usize) -> u8 {
+    if motors > AXES {
+        0b1000_1000
+    } else {
+        0b11_1000
     }
 }
 
-impl Settings {
+/// The values: a row of the table has one for each axis, a single one its first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings<const N: usize = AXES> {
+    values: [[f32; N]; TABLE.len()],
+}
+
+impl<const N: usize> Default for Settings<N> {
+    fn default() -> Self {
+        const { assert!(N >= FIRST_TURNING && N <= MOST_AXES) };
+        let turning = default_turning(N);
+        let mut values = TABLE.map(|row| {
+            core::array::from_fn(|i| {
+                if turning >> i & 1 == 0 {
+                    row.default.0
+                } else {
+                    row.default.1
+                }
+            })
+        });
+        values[TURNING] = [f32::from(turning >> FIRST_TURNING); N];
+        Self { values }
+    }
+}
+
+impl<const N: usize> Settings<N> {
     /// The value behind a `$` number.
     pub fn get(&self, number: u16) -> Option<f32> {
-        let (row, axis) = find(number)?;
+        let (row, axis) = find::<N>(number)?;
         Some(self.values[row][axis])
     }
 
     /// Stores a value; refused with nothing changed if it is out of range, or if the whole would not work.
     pub fn set(&mut self, number: u16, value: f32, hz: u32) -> Result<(), Error> {
-        let (row, axis) = find(number).ok_or(Error::UnknownCommand)?;
+        let (row, axis) = find::<N>(number).ok_or(Error::UnknownCommand)?;
         let Row {
             range: (lo, hi), ..
         } = TABLE[row];
@@ -205,6 +236,9 @@ impl Settings {
             return Err(Error::NotPositive);
         }
         if !(value >= lo && value <= hi) {
+            return Err(Error::ValueRange);
+        }
+        if row == TURNING && !is_mask(value, N - FIRST_TURNING) {
             return Err(Error::ValueRange);
         }
         let mut changed = self.clone();
@@ -224,7 +258,7 @@ impl Settings {
     /// All numbers with their values, ascending.
     pub fn all(&self) -> impl Iterator<Item = (u16, f32)> + '_ {
         TABLE.iter().zip(&self.values).flat_map(|(row, values)| {
-            let count = if row.per_axis { AXES } else { 1 };
+            let count = if row.per_axis { N } else { 1 };
             (row.number..).zip(values.iter().copied()).take(count)
         })
     }
@@ -248,11 +282,20 @@ impl Settings {
         self.values[INTERNAL_CLOCK][0] >= 0.5
     }
 
+    /// Motors that turn, bit i for motor i; the others slide.
+    pub fn turning(&self) -> u8 {
+        (self.values[TURNING][0] as u8) << FIRST_TURNING
+    }
+
+    /// Whether the first six motors are those of a drill grinder.
+    pub fn has_drill_grinder(&self) -> bool {
+        self.turning() & 0b11_1111 == default_turning(AXES) && N >= AXES
+    }
+
     /// What each motor may do, in steps.
-    pub fn limits(&self, hz: u32) -> Result<Limits<AXES>, LimitsError> {
+    pub fn limits(&self, hz: u32) -> Result<Limits<N>, LimitsError> {
         let steps = self.values[STEPS];
-        let velocity: [f32; AXES] =
-            core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
+        let velocity: [f32; N] = core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
         let fastest = self.timing(hz).fastest() as f32;
         if let Some(joint) = velocity.iter().position(|v| *v > fastest) {
             return Err(LimitsError::Velocity { joint });
@@ -265,10 +308,13 @@ impl Settings {
     }
 
     /// How far each step carries the tool, and how far the tool may leave the path: the tolerance set, or `most` [mm].
-    pub fn path(&self, most: f32) -> Option<PathSetting<AXES>> {
+    pub fn path(&self, most: f32) -> Option<PathSetting<N>> {
         let mut weight = self.steps_per_joint_unit().map(|steps| 1.0 / steps);
-        for turning in &mut weight[FIRST_TURNING..] {
-            *turning *= self.values[LEVER][0];
+        let turning = self.turning();
+        for (i, weight) in weight.iter_mut().enumerate() {
+            if turning >> i & 1 != 0 {
+                *weight *= self.values[LEVER][0];
+            }
         }
         PathSetting::new(weight, Real::min(self.values[TOLERANCE][0], most)).ok()
     }
@@ -279,27 +325,30 @@ impl Settings {
     }
 
     /// Largest trim of each motor [steps].
-    pub fn trim_bound(&self) -> [i32; AXES] {
+    pub fn trim_bound(&self) -> [i32; N] {
         let bound = |i| Real::round(self.values[TRIM_BOUND][i] * self.values[STEPS][i]) as i32;
         core::array::from_fn(|i| bound(i).min(MOST_TRIM))
     }
 
     /// Steps per mm or degree.
-    pub fn steps_per_unit(&self) -> [f32; AXES] {
+    pub fn steps_per_unit(&self) -> [f32; N] {
         self.values[STEPS]
     }
 
     /// Steps per mm or radian: the joints' own units.
-    pub fn steps_per_joint_unit(&self) -> [f32; AXES] {
+    pub fn steps_per_joint_unit(&self) -> [f32; N] {
         let mut steps = self.values[STEPS];
-        for turning in &mut steps[FIRST_TURNING..] {
-            *turning *= 180.0 / core::f32::consts::PI;
+        let turning = self.turning();
+        for (i, steps) in steps.iter_mut().enumerate() {
+            if turning >> i & 1 != 0 {
+                *steps *= 180.0 / core::f32::consts::PI;
+            }
         }
         steps
     }
 
     /// Lower and upper end of each axis [steps].
-    pub fn travel(&self) -> ([i32; AXES], [i32; AXES]) {
+    pub fn travel(&self) -> ([i32; N], [i32; N]) {
         let steps = self.values[STEPS];
         // Casts saturate, which is what an end beyond the counter means.
         let at = |row: usize| {
@@ -309,11 +358,17 @@ impl Settings {
     }
 }
 
+/// Whether a value is a whole number of at most `bits` bits.
+fn is_mask(value: f32, bits: usize) -> bool {
+    let mask = value as u32;
+    mask as f32 == value && mask >> bits == 0
+}
+
 /// Row and axis of a `$` number.
-fn find(number: u16) -> Option<(usize, usize)> {
+fn find<const N: usize>(number: u16) -> Option<(usize, usize)> {
     TABLE.iter().enumerate().find_map(|(i, row)| {
         let axis = usize::from(number.checked_sub(row.number)?);
-        let count = if row.per_axis { AXES } else { 1 };
+        let count = if row.per_axis { N } else { 1 };
         (axis < count).then_some((i, axis))
     })
 }

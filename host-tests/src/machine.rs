@@ -16,6 +16,7 @@ use hexstep::board::Board;
 use hexstep::controller::{Controller, StreamError};
 use hexstep::error::Error;
 use hexstep::path::Target;
+use hexstep::planner::{Limits, Planner};
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
 use hexstep::stepper::{Interpolator, PinPort, SegmentQueue, Shared, StepMode, StepTimer, Timing};
@@ -55,8 +56,8 @@ impl Board for MemoryBoard<'_> {
 
 /// What a stream is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum StreamItem {
-    Target(Target<AXES>),
+pub enum StreamItem<const N: usize = AXES> {
+    Target(Target<N>),
     /// A standstill behind what came before [s].
     Dwell(f32),
 }
@@ -84,25 +85,30 @@ impl StepTimer for SysTick {
 }
 
 /// Step and direction pins of all motors behind `embedded_hal`, as any other board has them.
-type Pins<'a> = PinPort<Pin<'a>, Pin<'a>, AXES>;
+type Pins<'a, const N: usize> = PinPort<Pin<'a>, Pin<'a>, N>;
 
-/// A controller with its motors. Made by [`with`].
-pub struct Machine<'a> {
-    pub controller: Controller<'a, MemoryBoard<'a>>,
-    interpolator: Interpolator<'a, AXES>,
+/// A controller with its N motors. Made by [`with`] and [`with_motors`].
+pub struct Machine<'a, const N: usize = AXES> {
+    pub controller: Controller<'a, MemoryBoard<'a>, N>,
+    interpolator: Interpolator<'a, N>,
     receiver: Receiver<'a>,
     shared: &'a Shared,
     flags: &'a RealTime,
     wires: &'a Wires,
-    pins: Pins<'a>,
+    pins: Pins<'a, N>,
     timer: SysTick,
     mode: StepMode,
     /// What the pins did since it was last taken.
-    pub trace: Trace<AXES>,
+    pub trace: Trace<N>,
 }
 
-/// Builds a machine at rest at position 0, gives it to `body`, and takes it apart again.
+/// Builds a machine of six motors at rest at position 0, gives it to `body`, and takes it apart again.
 pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
+    with_motors(body)
+}
+
+/// The same with N motors: six, or eight for a two-sided machine.
+pub fn with_motors<const N: usize, R>(body: impl FnOnce(&mut Machine<'_, N>) -> R) -> R {
     let (mut segments, mut bytes) = (SegmentQueue::new(), ByteQueue::new());
     let (shared, flags) = (Shared::new(), RealTime::new());
     let wires = Wires {
@@ -114,10 +120,12 @@ pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
     };
     let (segment_sender, segment_receiver) = segments.split();
     let (byte_sender, byte_receiver) = bytes.split();
+    let mut planner = Planner::new(Limits::default(), [0; N]);
     let rest = TICK_HZ / Timing::FLOOR_HZ;
     let mut machine = Machine {
         controller: Controller::new(
             MemoryBoard(&wires),
+            &mut planner,
             byte_receiver,
             &flags,
             segment_sender,
@@ -143,7 +151,7 @@ pub fn with<R>(body: impl FnOnce(&mut Machine<'_>) -> R) -> R {
     body(&mut machine)
 }
 
-impl Machine<'_> {
+impl<const N: usize> Machine<'_, N> {
     /// Puts bytes on the serial line, as they are.
     pub fn put(&mut self, bytes: &[u8]) {
         for byte in bytes {
@@ -203,7 +211,10 @@ impl Machine<'_> {
     }
 
     /// The same, with a look at the controller whenever it has nothing left to move.
-    pub fn run_to_rest_watched(&mut self, mut watch: impl FnMut(&Controller<'_, MemoryBoard<'_>>)) {
+    pub fn run_to_rest_watched(
+        &mut self,
+        mut watch: impl FnMut(&Controller<'_, MemoryBoard<'_>, N>),
+    ) {
         loop {
             while self.controller.poll() {}
             watch(&self.controller);
@@ -223,7 +234,7 @@ impl Machine<'_> {
     /// The refusal of the stream, or of an item; what came before has run.
     pub fn stream(
         &mut self,
-        items: impl IntoIterator<Item = StreamItem>,
+        items: impl IntoIterator<Item = StreamItem<N>>,
         mut watch: impl FnMut(u64),
     ) -> Result<u64, Refusal> {
         self.controller.start_stream().map_err(Refusal::Start)?;
@@ -271,7 +282,7 @@ impl Machine<'_> {
     }
 
     /// Takes the trace out; a new one begins with the pins as they are.
-    pub fn take_trace(&mut self) -> Trace<AXES> {
+    pub fn take_trace(&mut self) -> Trace<N> {
         let mut fresh = Trace::new(self.mode);
         fresh.at(self.timer.now);
         fresh.steps(self.wires.levels.get());

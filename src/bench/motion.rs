@@ -66,7 +66,7 @@ pub fn segments(
     }
 }
 
-/// Chords of 1 mm on a winding curve at 1 m/s, which the joints do not allow: a block takes 1.7 ms. All six joints move. The look-ahead is kept full, and the bends are too tight for chords to be merged, which
+/// Chords of 1 mm on a winding curve at 1 m/s, which the joints do not allow: a block takes 1.7 ms. All joints move. The look-ahead is kept full, and the bends are too tight for chords to be merged, which
 /// would spare the planner work.
 #[inline(never)]
 pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
@@ -89,7 +89,8 @@ pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
         y += 200.0 * Real::sin(heading);
         let (a, b) = (1000.0 * Real::sin(heading), 700.0 * Real::cos(s / 29.0));
         let (z, c) = (700.0 * Real::sin(s / 31.0), 200.0 * Real::cos(s / 57.0));
-        let target = [x, y, z, a, b, c].map(|q| q as i32);
+        let all = [x, y, z, a, b, c, -x, c];
+        let target = core::array::from_fn(|i| all.get(i).map_or(0, |q| *q as i32));
         let is_counted = round >= WARM_UP;
         while planner.is_full() {
             let sample = if is_counted {

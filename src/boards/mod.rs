@@ -11,6 +11,10 @@ pub mod stm32f407;
 #[path = "skr_pro.rs"]
 mod board;
 
+#[cfg(feature = "octopus")]
+#[path = "octopus.rs"]
+mod board;
+
 /// The pins of the board this binary is built for.
 pub use board::BOARD;
 

@@ -8,7 +8,7 @@ use crate::path::{PathError, Target};
 use crate::program::words::Decimal;
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
-use crate::settings::AXES;
+use crate::settings::LETTERS;
 use crate::stepper::{CountError, CountLine, Preset};
 
 /// When a line is answered.
@@ -17,7 +17,7 @@ enum Done {
     Later,
 }
 
-impl<B: Board> Controller<'_, B> {
+impl<B: Board, const N: usize> Controller<'_, B, N> {
     /// Whether a line may be taken now: at rest, or as the next target of a stream.
     pub(super) fn takes_lines(&self) -> bool {
         let free = match &self.job {
@@ -52,7 +52,7 @@ impl<B: Board> Controller<'_, B> {
         taken
     }
 
-    fn execute(&mut self, command: Command<'_>) -> Result<Done, Error> {
+    fn execute(&mut self, command: Command<'_, N>) -> Result<Done, Error> {
         match command {
             Command::Nothing => {}
             Command::Help => {
@@ -72,8 +72,9 @@ impl<B: Board> Controller<'_, B> {
                     .line(format_args!("[VER:1.1h.20261122:hexstep]"));
                 let (blocks, bytes) = (crate::planner::BLOCKS, self.bytes.capacity());
                 self.answers
-                    .line(format_args!("[OPT:,{blocks},{bytes},{AXES},0]"));
-                self.answers.line(format_args!("[AXS:6:XYZABC]"));
+                    .line(format_args!("[OPT:,{blocks},{bytes},{N},0]"));
+                let letters = LETTERS.get(..N).unwrap_or(LETTERS);
+                self.answers.line(format_args!("[AXS:{N}:{letters}]"));
             }
             Command::Unlock => {
                 if self.alarm.take().is_some() {
@@ -125,11 +126,14 @@ impl<B: Board> Controller<'_, B> {
             }
             Command::Cue { at, action } => self.add_cue(Cue { at, action }).map_err(|error| {
                 let expected = match error {
-                    CueError::Full => "at most 16 cues",
-                    CueError::Order => "cues in the order of their times, before the motion",
-                    CueError::Range => {
-                        "feed 10 to 200, rapid 5 to 100 percent, trim of motor 0 to 5"
+                    CueError::Full => format_args!("at most 16 cues"),
+                    CueError::Order => {
+                        format_args!("cues in the order of their times, before the motion")
                     }
+                    CueError::Range => format_args!(
+                        "feed 10 to 200, rapid 5 to 100 percent, trim of motor 0 to {}",
+                        N - 1
+                    ),
                 };
                 self.answers
                     .line(format_args!("[MSG:{error:?} cue: expected {expected}]"));
@@ -140,7 +144,7 @@ impl<B: Board> Controller<'_, B> {
     }
 
     /// A target from a line; starts a stream if there is none. Its line is answered once it has found room.
-    fn take_target(&mut self, target: Target<AXES>) -> Result<(), Error> {
+    fn take_target(&mut self, target: Target<N>) -> Result<(), Error> {
         if let Some(joint) = self.scale().beyond(&target.steps) {
             return Err(self.refuse_path(PathError::OutOfTravel { joint }));
         }
@@ -198,10 +202,10 @@ impl<B: Board> Controller<'_, B> {
 
     fn count_line(
         &mut self,
-        counts: [i32; AXES],
+        counts: [i32; N],
         seconds: f64,
         preset: Preset,
-    ) -> Result<CountLine<AXES>, Error> {
+    ) -> Result<CountLine<N>, Error> {
         let from = self.segmenter.counts();
         let timing = *self.segmenter.timing();
         if !(0.0..=1e6).contains(&seconds) {

@@ -35,7 +35,7 @@ use heapless::Deque;
 /// What moves the motors.
 // The largest variant is the usual one, and there is one job at a time, not on the heap.
 #[allow(clippy::large_enum_variant)]
-enum Job {
+enum Job<const N: usize> {
     None,
     /// Walks a copy of the path before anything moves; the answer to the line waits for it.
     Check {
@@ -48,30 +48,31 @@ enum Job {
         /// Samples are taken: the look-ahead has been full, or somebody asked for motion.
         begun: bool,
         /// A target that found no room; its line is answered when it has some.
-        waiting: Option<Target<AXES>>,
+        waiting: Option<Target<N>>,
     },
     /// Like a stream that has begun; any hold drops it.
     Jog,
     /// One move that ends at a contact.
     Probe,
-    Counts(CountLine<AXES>),
+    Counts(CountLine<N>),
 }
 
-/// Everything above the segment queue. One for a machine, driven by `poll` alone.
-pub struct Controller<'a, B: Board> {
+/// Everything above the segment queue of N motors. One for a machine, driven by `poll` alone.
+pub struct Controller<'a, B: Board, const N: usize = AXES> {
     pub board: B,
-    settings: Settings,
+    settings: Settings<N>,
     drill: DrillWords,
     flags: &'a RealTime,
     bytes: heapless::spsc::Consumer<'a, u8>,
     reader: LineReader,
     answers: Answers,
-    job: Job,
-    planner: Planner<AXES>,
+    job: Job<N>,
+    /// Lent, because it is most of the RAM: built in its place, it is on the stack but once.
+    planner: &'a mut Planner<N>,
     /// A sample that found no room in the queue.
-    pending: Option<Sample<AXES>>,
-    segmenter: Segmenter<AXES>,
-    segments: SegmentSender<'a, AXES>,
+    pending: Option<Sample<N>>,
+    segmenter: Segmenter<N>,
+    segments: SegmentSender<'a, N>,
     shared: &'a Shared,
     /// Number of the last segment of each millisecond in the queue.
     ahead: Deque<u32, { motion::LEAD }>,
@@ -80,8 +81,8 @@ pub struct Controller<'a, B: Board> {
     stopping: Option<Alarm>,
     /// A reset on its way: the banner comes when the motors rest on whole steps.
     resetting: bool,
-    cues: Cues,
-    probed: Option<Probed>,
+    cues: Cues<N>,
+    probed: Option<Probed<N>>,
     /// The probe has touched; where is not known yet.
     touching: bool,
     /// Overrides in force [percent].
@@ -93,19 +94,21 @@ pub struct Controller<'a, B: Board> {
     started: bool,
 }
 
-impl<'a, B: Board> Controller<'a, B> {
-    /// A controller at rest at position 0. `bytes` and `flags` come from the serial interrupt, `segments` and `shared` go
-    /// to the step interrupt.
+impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
+    /// A controller at rest at position 0. `planner` may be anything, it begins anew; `bytes` and
+    /// `flags` come from the serial interrupt, `segments` and `shared` go to the step interrupt.
     pub fn new(
         board: B,
+        planner: &'a mut Planner<N>,
         bytes: heapless::spsc::Consumer<'a, u8>,
         flags: &'a RealTime,
-        segments: SegmentSender<'a, AXES>,
+        segments: SegmentSender<'a, N>,
         shared: &'a Shared,
     ) -> Self {
-        let settings = Settings::default();
+        let settings = Settings::<N>::default();
         // The defaults are within their own ranges; a test holds them to it.
-        let limits = settings.limits(B::TICK_HZ).unwrap_or_default();
+        planner.reset([0; N]);
+        planner.set_limits(settings.limits(B::TICK_HZ).unwrap_or_default());
         Self {
             board,
             drill: DrillWords::default(),
@@ -114,7 +117,7 @@ impl<'a, B: Board> Controller<'a, B> {
             reader: LineReader::default(),
             answers: Answers::new(),
             job: Job::None,
-            planner: Planner::new(limits, [0; AXES]),
+            planner,
             pending: None,
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),
             segments,
@@ -198,21 +201,21 @@ impl<'a, B: Board> Controller<'a, B> {
     }
 
     /// Steps put out by each motor once all that is queued has run.
-    pub fn counts(&self) -> [i32; AXES] {
+    pub fn counts(&self) -> [i32; N] {
         self.segmenter.counts()
     }
 
     /// What the accumulators of the step interrupt hold then.
-    pub fn accumulators(&self) -> [u32; AXES] {
+    pub fn accumulators(&self) -> [u32; N] {
         self.segmenter.accumulators()
     }
 
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &Settings<N> {
         &self.settings
     }
 
-    pub fn planner(&self) -> &Planner<AXES> {
-        &self.planner
+    pub fn planner(&self) -> &Planner<N> {
+        self.planner
     }
 
     /// Strokes begun and strokes in all, while a drill is being ground.
@@ -240,7 +243,7 @@ impl<'a, B: Board> Controller<'a, B> {
     }
 
     /// Takes all settings at once; refused while something moves.
-    pub fn configure(&mut self, settings: Settings) -> Result<(), Error> {
+    pub fn configure(&mut self, settings: Settings<N>) -> Result<(), Error> {
         if self.is_moving() || self.planner.is_held() {
             return Err(Error::NotIdle);
         }
@@ -256,7 +259,7 @@ impl<'a, B: Board> Controller<'a, B> {
         Ok(())
     }
 
-    fn scale(&self) -> Scale<AXES> {
+    fn scale(&self) -> Scale<N> {
         let (lower, upper) = self.settings.travel();
         Scale {
             steps_per_unit: crate::joints::Joints(self.settings.steps_per_joint_unit()),

@@ -24,9 +24,9 @@ const LOW_WATER: usize = 4;
 
 /// How a probe move ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Probed {
+pub enum Probed<const N: usize = AXES> {
     /// Contact: where all motors were in the tick behind it [steps].
-    Contact([I32F32; AXES]),
+    Contact([I32F32; N]),
     /// The target was reached without contact.
     Missed,
 }
@@ -44,7 +44,7 @@ pub enum StreamError {
     TooLong,
 }
 
-impl<B: Board> Controller<'_, B> {
+impl<B: Board, const N: usize> Controller<'_, B, N> {
     // ---- what can be asked for ----
 
     /// Grinds; the whole path is walked before anything moves, and the line `$DRILL=RUN` that this stands for is answered
@@ -55,9 +55,18 @@ impl<B: Board> Controller<'_, B> {
         machine: DrillGrinder<f32>,
     ) -> Result<(), Error> {
         self.may_move()?;
+        // The drill grinder is the first six motors: three that slide and three that turn.
+        let scale = self.scale().first();
+        let Some(scale) = scale.filter(|_| self.settings.has_drill_grinder()) else {
+            self.answers.line(format_args!(
+                "[MSG:Drill: expected three motors that slide and three that turn, see $376]"
+            ));
+            return Err(Error::ValueRange);
+        };
         self.begin(DRILL_TOLERANCE);
-        let scale = self.scale();
-        let path = DrillPath::new(cycle, machine, scale, scale.joints(&self.planner.end()));
+        let end = self.planner.end();
+        let near = scale.joints(&core::array::from_fn(|i| end.get(i).copied().unwrap_or(0)));
+        let path = DrillPath::new(cycle, machine, scale, near);
         self.job = Job::Check {
             walk: path.clone(),
             path,
@@ -80,7 +89,7 @@ impl<B: Board> Controller<'_, B> {
 
     /// One more target of the stream or the jog; `Ok(false)` when there is no room now or a hold is in force: offer it
     /// again later.
-    pub fn push(&mut self, target: &Target<AXES>) -> Result<bool, StreamError> {
+    pub fn push(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
         if !matches!(self.job, Job::Stream { waiting: None, .. } | Job::Jog) {
             return Err(StreamError::NotStarted);
         }
@@ -112,7 +121,7 @@ impl<B: Board> Controller<'_, B> {
 
     /// A jog: moves at once, ignores overrides, and ends within its braking distance on [`Self::stop_motion`] or a hold.
     /// More jogs may be pushed while it runs.
-    pub fn jog(&mut self, target: &Target<AXES>) -> Result<bool, Error> {
+    pub fn jog(&mut self, target: &Target<N>) -> Result<bool, Error> {
         let begins = !matches!(self.job, Job::Jog);
         if begins {
             self.may_move()?;
@@ -132,7 +141,7 @@ impl<B: Board> Controller<'_, B> {
     /// Moves towards `target` until the probe touches: the motors slow down along the path, and [`Self::probed`] tells
     /// where they were at contact. The pin's interrupt calls [`Shared::latch`](crate::stepper::Shared::latch) and raises
     /// [`RealTime::TOUCH`](crate::protocol::RealTime::TOUCH).
-    pub fn probe(&mut self, target: &Target<AXES>) -> Result<(), Error> {
+    pub fn probe(&mut self, target: &Target<N>) -> Result<(), Error> {
         self.may_move()?;
         if self.scale().beyond(&target.steps).is_some() || target.steps == self.planner.end() {
             return Err(Error::InvalidTarget);
@@ -152,7 +161,7 @@ impl<B: Board> Controller<'_, B> {
     }
 
     /// How the last probe move ended; `None` before the first, and while one is under way.
-    pub fn probed(&self) -> Option<Probed> {
+    pub fn probed(&self) -> Option<Probed<N>> {
         self.probed.filter(|_| !matches!(self.job, Job::Probe))
     }
 
@@ -194,7 +203,7 @@ impl<B: Board> Controller<'_, B> {
         }
     }
 
-    fn push_target(&mut self, target: &Target<AXES>) -> Result<bool, StreamError> {
+    fn push_target(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
         match self.planner.push(target.steps, target.duration) {
             Ok(()) => Ok(true),
             Err(PushError::Full) => Ok(false),
@@ -273,7 +282,7 @@ impl<B: Board> Controller<'_, B> {
     }
 
     /// The next millisecond, when it may be taken: with all of the look-ahead known, or none of it to come.
-    fn take_sample(&mut self) -> Option<Sample<AXES>> {
+    fn take_sample(&mut self) -> Option<Sample<N>> {
         let flows = match &self.job {
             Job::Path(_) => self.planner.is_full(),
             Job::Stream { begun, .. } => {
@@ -338,6 +347,7 @@ impl<B: Board> Controller<'_, B> {
         match &mut self.job {
             Job::Path(path) if !self.planner.is_full() => match path.next() {
                 Some(Ok(target)) => {
+                    let target = self.on_all_motors(&target);
                     // There is room, and the path was walked before it began.
                     let _ = self.push_target(&target);
                 }
@@ -408,6 +418,15 @@ impl<B: Board> Controller<'_, B> {
             self.banner();
         }
         ended || reset
+    }
+
+    /// A target of the first six motors; the others stay where they are.
+    fn on_all_motors(&self, target: &Target<AXES>) -> Target<N> {
+        let end = self.planner.end();
+        Target {
+            steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(end[i])),
+            duration: target.duration,
+        }
     }
 
     pub(super) fn switch_on(&mut self) {

@@ -9,9 +9,9 @@ use core::fmt::Write;
 use fixed::types::I32F32;
 
 /// Room that a status report needs.
-const STATUS: usize = 220;
+const STATUS: usize = 260;
 
-impl<B: Board> Controller<'_, B> {
+impl<B: Board, const N: usize> Controller<'_, B, N> {
     pub(super) fn serve_real_time(&mut self) -> bool {
         let reset = self.flags.take(RealTime::RESET);
         if reset {

@@ -114,6 +114,15 @@ impl<const N: usize> Scale<N> {
         }
     }
 
+    /// The first `M` motors alone; `None` if there are fewer.
+    pub fn first<const M: usize>(&self) -> Option<Scale<M>> {
+        Some(Scale {
+            steps_per_unit: Joints(*self.steps_per_unit.0.first_chunk()?),
+            lower: *self.lower.first_chunk()?,
+            upper: *self.upper.first_chunk()?,
+        })
+    }
+
     /// The first joint that is not within its travel.
     pub fn beyond(&self, steps: &[i32; N]) -> Option<usize> {
         (0..N).find(|i| steps[*i] < self.lower[*i] || steps[*i] > self.upper[*i])

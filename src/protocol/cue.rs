@@ -1,7 +1,6 @@
 //! What an operator would do, at a given millisecond of the next motion: holds, overrides and trims that come at the
 //! same sample on every machine, for rehearsals and for tests.
 
-use crate::settings::AXES;
 use heapless::Deque;
 
 /// Cues that can wait.
@@ -43,15 +42,15 @@ pub enum CueError {
     Range,
 }
 
-/// The cues to come, by time.
+/// The cues to come for N motors, by time.
 #[derive(Debug, Default)]
-pub struct Cues {
+pub struct Cues<const N: usize> {
     waiting: Deque<Cue, CUES>,
     /// Milliseconds of motion so far.
     elapsed: u32,
 }
 
-impl Cues {
+impl<const N: usize> Cues<N> {
     pub const fn new() -> Self {
         Self {
             waiting: Deque::new(),
@@ -63,7 +62,7 @@ impl Cues {
         let fits = match cue.action {
             Action::Feed(factor) => (0.1..=2.0).contains(&factor),
             Action::Rapid(factor) => (0.05..=1.0).contains(&factor),
-            Action::Trim { motor, .. } => motor < AXES,
+            Action::Trim { motor, .. } => motor < N,
             Action::Hold | Action::Resume | Action::Stop => true,
         };
         if !fits {

@@ -23,11 +23,11 @@ pub const BANNER: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
 
 /// A status report: `<State|MPos:...>`, positions shown in mm and degrees.
 #[derive(Clone, Copy, Debug)]
-pub struct Status {
+pub struct Status<const N: usize = AXES> {
     pub state: State,
     /// From one snapshot [steps].
-    pub positions: [I32F32; AXES],
-    pub steps_per_unit: [f32; AXES],
+    pub positions: [I32F32; N],
+    pub steps_per_unit: [f32; N],
     /// Free blocks of the planner, free bytes of the receiver.
     pub free: (usize, usize),
     /// Whether the work offset is told.
@@ -36,7 +36,7 @@ pub struct Status {
     pub overrides: Option<(u8, u8)>,
 }
 
-impl Display for Status {
+impl<const N: usize> Display for Status<N> {
     fn fmt(&self, out: &mut Formatter<'_>) -> Result {
         let name = match self.state {
             State::Idle => "Idle",
@@ -47,7 +47,7 @@ impl Display for Status {
             State::Alarm => "Alarm",
         };
         write!(out, "<{name}|MPos:")?;
-        for i in 0..AXES {
+        for i in 0..N {
             // In f64: a position of 2^31 steps has more digits than an f32.
             let value = self.positions[i].to_num::<f64>() / f64::from(self.steps_per_unit[i]);
             let comma = if i == 0 { "" } else { "," };
@@ -59,7 +59,10 @@ impl Display for Status {
         }
         write!(out, "|Bf:{},{}|FS:0,0", self.free.0, self.free.1)?;
         if self.offset {
-            write!(out, "|WCO:0.000,0.000,0.000,0.000,0.000,0.000")?;
+            write!(out, "|WCO:0.000")?;
+            for _ in 1..N {
+                write!(out, ",0.000")?;
+            }
         }
         if let Some((feed, rapid)) = self.overrides {
             write!(out, "|Ov:{feed},{rapid},100")?;

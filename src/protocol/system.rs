@@ -9,7 +9,7 @@ use crate::stepper::Preset;
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Command<'a> {
+pub enum Command<'a, const N: usize = AXES> {
     Nothing,
     Help,
     Settings,
@@ -25,13 +25,13 @@ pub enum Command<'a> {
     /// Comma-separated words, a letter and a number each.
     DrillSet(&'a str),
     Counts {
-        counts: [i32; AXES],
+        counts: [i32; N],
         seconds: f64,
         preset: Preset,
     },
     /// The next target of a stream [steps], and the least time to it [s] (0: a rapid).
     Move {
-        steps: [i32; AXES],
+        steps: [i32; N],
         duration: f32,
     },
     MoveEnd,
@@ -43,7 +43,7 @@ pub enum Command<'a> {
 }
 
 /// Reads a line, all or nothing.
-pub fn parse(line: &Line) -> Result<Command<'_>, Error> {
+pub fn parse<const N: usize>(line: &Line) -> Result<Command<'_, N>, Error> {
     let Some(rest) = line.strip_prefix('$') else {
         return if line.is_empty() || line == "%" {
             Ok(Command::Nothing)
@@ -78,9 +78,9 @@ pub fn parse(line: &Line) -> Result<Command<'_>, Error> {
     })
 }
 
-fn counts(text: &str) -> Result<Command<'_>, Error> {
+fn counts<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
     let mut words = text.split(',');
-    let mut counts = [0; AXES];
+    let mut counts = [0; N];
     for count in &mut counts {
         *count = words.next().and_then(whole).ok_or(Error::BadNumber)?;
     }
@@ -100,9 +100,9 @@ fn counts(text: &str) -> Result<Command<'_>, Error> {
     }
 }
 
-fn target(text: &str) -> Result<Command<'_>, Error> {
+fn target<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
     let mut words = text.split(',');
-    let mut steps = [0; AXES];
+    let mut steps = [0; N];
     for step in &mut steps {
         *step = words.next().and_then(whole).ok_or(Error::BadNumber)?;
     }
@@ -117,7 +117,7 @@ fn target(text: &str) -> Result<Command<'_>, Error> {
 }
 
 /// `ms,HOLD`, `RESUME`, `STOP`, `FEED,percent`, `RAPID,percent`, `TRIM,motor,steps`.
-fn cue(text: &str) -> Result<Command<'_>, Error> {
+fn cue<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
     let mut words = text.split(',');
     let at = words.next().and_then(whole).ok_or(Error::BadNumber)?;
     let at = u32::try_from(at).map_err(|_| Error::Negative)?;

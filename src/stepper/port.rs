@@ -72,18 +72,29 @@ impl<W: SetResetRegister, const S: usize, const D: usize, const LEN: usize> Step
     fn emit(&mut self, levels: u32) {
         // The mask of LEN - 1 keeps the row inside the table without a check.
         let row = &self.steps[levels as usize & (LEN - 1)];
-        for (register, word) in self.step_registers.iter_mut().zip(row) {
-            register.write(*word);
-        }
+        store(&mut self.step_registers, row);
     }
 
     #[inline(always)]
     fn direct(&mut self, directions: u32) {
         let row = &self.directions[directions as usize & (LEN - 1)];
-        for (register, word) in self.direction_registers.iter_mut().zip(row) {
-            register.write(*word);
-        }
+        store(&mut self.direction_registers, row);
     }
+}
+
+/// One store for each port, as many as eight motors can lie on. Written out: a loop over more than two ports stays one
+/// where the rest of the program is compiled for size, and costs as much again as its stores.
+#[inline(always)]
+fn store<W: SetResetRegister, const P: usize>(registers: &mut [W; P], row: &[u32; P]) {
+    const { assert!(P <= 8, "a motor has one step pin") };
+    macro_rules! each_port {
+        ($($number:literal),*) => {
+            $(if let (Some(register), Some(word)) = (registers.get_mut($number), row.get($number)) {
+                register.write(*word);
+            })*
+        };
+    }
+    each_port!(0, 1, 2, 3, 4, 5, 6, 7);
 }
 
 /// The set/reset words of every mask: pins of set bits go active, all others inactive.

@@ -33,7 +33,7 @@ pub use counter::{Counter, Tally};
 pub use debugger::{Debugger, Register};
 pub use elf::Elf;
 pub use error::EmulatorError;
-pub use pins::{Change, PinMap, Pulse, Pulses, Recording, SKR_PRO};
+pub use pins::{Change, OCTOPUS, PinMap, Pulse, Pulses, Recording, SKR_PRO};
 
 use process::Process;
 use serial::Serial;
@@ -73,6 +73,11 @@ pub fn firmware_from_environment() -> Option<PathBuf> {
 /// The same firmware, linked behind the board's bootloader: `HEXSTEP_FIRMWARE_BOOTLOADER`.
 pub fn image_from_environment() -> Option<PathBuf> {
     std::env::var_os("HEXSTEP_FIRMWARE_BOOTLOADER").map(PathBuf::from)
+}
+
+/// The firmware for the Octopus with its eight motors: `HEXSTEP_FIRMWARE_OCTOPUS`.
+pub fn octopus_from_environment() -> Option<PathBuf> {
+    std::env::var_os("HEXSTEP_FIRMWARE_OCTOPUS").map(PathBuf::from)
 }
 
 /// Time for one answer on a busy computer.

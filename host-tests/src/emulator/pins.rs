@@ -36,6 +36,40 @@ pub const SKR_PRO: PinMap = PinMap {
     enable: &[('F', 2), ('D', 7), ('C', 0), ('C', 3), ('A', 3), ('F', 0)],
 };
 
+/// BTT Octopus v1.1, sockets MOTOR0 to MOTOR7.
+pub const OCTOPUS: PinMap = PinMap {
+    step: &[
+        ('F', 13),
+        ('G', 0),
+        ('F', 11),
+        ('G', 4),
+        ('F', 9),
+        ('C', 13),
+        ('E', 2),
+        ('E', 6),
+    ],
+    direction: &[
+        ('F', 12),
+        ('G', 1),
+        ('G', 3),
+        ('C', 1),
+        ('F', 10),
+        ('F', 0),
+        ('E', 3),
+        ('A', 14),
+    ],
+    enable: &[
+        ('F', 14),
+        ('F', 15),
+        ('G', 5),
+        ('A', 0),
+        ('G', 2),
+        ('F', 1),
+        ('D', 4),
+        ('E', 0),
+    ],
+};
+
 /// State of all pins at the end of a tick in which one of them changed. Bit i is motor i.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {

@@ -40,7 +40,8 @@ pub struct Hardware {
 
 impl Hardware {
     /// Starts everything, drivers off: pins first, then clocks, serial line and log, and the step interrupt last.
-    /// `None` when it has been started before.
+    /// `None` when it has been started before. Out of line: the pin tables are on the stack first, for a while only.
+    #[inline(never)]
     pub fn start(
         receiver: Receiver<'static>,
         interpolator: Interpolator<'static, MOTORS>,

@@ -21,7 +21,9 @@ const DIRECTION_PORTS: usize = BOARD.direction_ports().count;
 
 type Pins = RegisterPort<SetReset, STEP_PORTS, DIRECTION_PORTS, { 1 << MOTORS }>;
 
-/// What the handler owns.
+/// What the handler owns. In this order: the interpolator stays within reach of one base register, whatever the size of
+/// the tables behind it.
+#[repr(C)]
 struct Context {
     interpolator: Interpolator<'static, MOTORS>,
     pins: Pins,

@@ -6,7 +6,7 @@ use super::build::{self, BENCH, FIRMWARE};
 use super::figures::{FIGURES, Measured};
 use super::install;
 use super::run::{Outcome, cargo, shown};
-use hexstep_host::emulator::{Counter, Elf, Emulator, Options, Recording, Tally};
+use hexstep_host::emulator::{Counter, Elf, Emulator, OCTOPUS, Options, Recording, Tally};
 use hexstep_host::machine;
 use hexstep_host::surface::{self, PathRow, SurfaceError};
 use std::path::Path;
@@ -38,8 +38,15 @@ pub fn task(board: Board, only_functions: bool) -> Outcome<()> {
     }
     let firmware = build::firmware(board, FIRMWARE, false)?;
     step_interrupt(&firmware, &counter, &mut measured)?;
+    let octopus = build::firmware(Board::Octopus, FIRMWARE, false)?;
+    eight_motors(&octopus, &counter, &mut measured)?;
     functions(&bench, counter, &mut measured)?;
-    sizes(&firmware, &mut measured)?;
+    sizes(
+        &firmware,
+        &mut measured,
+        "firmware_flash_bytes",
+        "firmware_ram_bytes",
+    )?;
     host_speed(&mut measured)?;
     planning(&mut measured)?;
     peer(&mut measured)?;
@@ -113,6 +120,19 @@ fn step_interrupt(elf: &Path, counter: &Counter, measured: &mut Measured) -> Out
     measured.set("isr_w1_instructions_per_step_both_edge", edges.per_step())
 }
 
+/// W1 with eight motors on four ports: the handler in the Octopus's program.
+fn eight_motors(elf: &Path, counter: &Counter, measured: &mut Measured) -> Outcome<()> {
+    let mut options = Options::new(elf);
+    options.counter = Some(counter.clone());
+    options.pins = OCTOPUS;
+    let mut session = Session::start(&options)?;
+    session.ask(FASTEST)?;
+    let w1 = session.run("W1, eight motors together", [100_000; 8], PULSE_SECONDS)?;
+    measured.set("isr_eight_w1_instructions", w1.tally.mean_instructions())?;
+    measured.set("isr_eight_w1_cycles_model", w1.tally.mean_cycles())?;
+    sizes(elf, measured, "octopus_flash_bytes", "octopus_ram_bytes")
+}
+
 /// A run of the step interrupt.
 struct Run {
     tally: Tally,
@@ -161,11 +181,11 @@ impl Session {
     }
 
     /// Runs a line of counts; what the step interrupt cost in it.
-    fn run(&mut self, name: &str, counts: [i32; 6], seconds: f64) -> Outcome<Run> {
+    fn run<const N: usize>(&mut self, name: &str, counts: [i32; N], seconds: f64) -> Outcome<Run> {
         println!("{name} ...");
         let _ = self.emulator.take_recording();
-        let [a, b, c, d, e, f] = counts;
-        self.ask(&format!("$SEG={a},{b},{c},{d},{e},{f},{seconds:.7}"))?;
+        let words: Vec<String> = counts.iter().map(i32::to_string).collect();
+        self.ask(&format!("$SEG={},{seconds:.7}", words.join(",")))?;
         self.emulator
             .expect_idle(PATIENCE)
             .map_err(|error| error.to_string())?;
@@ -181,7 +201,7 @@ impl Session {
     }
 
     /// A figure of a run that went wrong would be worthless.
-    fn check(&self, recording: &Recording, counts: [i32; 6]) -> Outcome<()> {
+    fn check<const N: usize>(&self, recording: &Recording, counts: [i32; N]) -> Outcome<()> {
         let made = recording.positions(self.both_edges);
         for (motor, (made, wanted)) in made.iter().zip(counts).enumerate() {
             if *made != i64::from(wanted) {
@@ -242,10 +262,15 @@ fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outco
     measured.set("planner_samples_per_block", next.calls as f64 / blocks)
 }
 
-fn sizes(elf: &Path, measured: &mut Measured) -> Outcome<()> {
+fn sizes(
+    elf: &Path,
+    measured: &mut Measured,
+    flash: &'static str,
+    ram: &'static str,
+) -> Outcome<()> {
     let elf = Elf::read(elf).map_err(|error| error.to_string())?;
-    measured.set("firmware_flash_bytes", elf.flash_bytes().into())?;
-    measured.set("firmware_ram_bytes", elf.ram_bytes().into())
+    measured.set(flash, elf.flash_bytes().into())?;
+    measured.set(ram, elf.ram_bytes().into())
 }
 
 /// The same step interrupt in memory, with its pins traced.

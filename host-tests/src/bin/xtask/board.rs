@@ -5,6 +5,8 @@
 pub enum Board {
     /// BTT SKR Pro v1.2 (STM32F407ZG, six motors)
     SkrPro,
+    /// BTT Octopus v1.1 with an STM32F407ZG (eight motors)
+    Octopus,
 }
 
 impl Board {
@@ -12,27 +14,28 @@ impl Board {
     pub fn feature(self) -> &'static str {
         match self {
             Board::SkrPro => "skr-pro",
+            Board::Octopus => "octopus",
         }
     }
 
     /// Bytes of flash that its bootloader takes.
     pub fn bootloader_bytes(self) -> u32 {
         match self {
-            Board::SkrPro => 0x8000,
+            Board::SkrPro | Board::Octopus => 0x8000,
         }
     }
 
     /// The chip's name for probe-rs.
     pub fn probe_chip(self) -> &'static str {
         match self {
-            Board::SkrPro => "STM32F407ZGTx",
+            Board::SkrPro | Board::Octopus => "STM32F407ZGTx",
         }
     }
 
     /// openocd's file for the chip.
     pub fn openocd_target(self) -> &'static str {
         match self {
-            Board::SkrPro => "target/stm32f4x.cfg",
+            Board::SkrPro | Board::Octopus => "target/stm32f4x.cfg",
         }
     }
 }

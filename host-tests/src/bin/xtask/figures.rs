@@ -59,6 +59,8 @@ pub const FIGURES: &[Figure] = &[
     figure("isr_w1_instructions_per_step_both_edge", "instructions/step", AtMost(10.0), "the same, both-edge mode"),
     figure("isr_w1_cycles_model", "cycles/tick", AtMost(110.0), "model, entry and exit included, mean"),
     figure("isr_w1_worst_cycles_model", "cycles/tick", None, "model, worst tick"),
+    figure("isr_eight_w1_instructions", "instructions/tick", AtMost(90.0), "eight motors on four ports stepping together, mean"),
+    figure("isr_eight_w1_cycles_model", "cycles/tick", None, "model, entry and exit included, mean"),
     figure("isr_load_100khz_six", "of the processor", AtMost(0.14), "model: pulse mode, six motors at 100 kHz"),
     figure("segment_instructions", "instructions/segment", AtMost(2500.0), "preparing one segment of six motors"),
     figure("planner_instructions_per_block", "instructions/block", AtMost(30_000.0), "chords of 1 mm, six joints, full look-ahead: push and samples"),
@@ -95,6 +97,8 @@ pub const FIGURES: &[Figure] = &[
     figure("arm_against_peer_ratio", "of the peer's time", AtMost(1.0), "eight branches of the arm against rs-opw-kinematics, f64, this machine"),
     figure("firmware_flash_bytes", "bytes", AtMost(96.0 * 1024.0), "code and constants"),
     figure("firmware_ram_bytes", "bytes", AtMost(48.0 * 1024.0), "statics, without the stack"),
+    figure("octopus_flash_bytes", "bytes", AtMost(96.0 * 1024.0), "the same for the Octopus and its eight motors"),
+    figure("octopus_ram_bytes", "bytes", AtMost(68.0 * 1024.0), "of 128 KiB, 60 of them kept for the stack"),
     figure("host_ticks_per_second", "ticks/s", AtLeast(20.0e6), "interpolator on this machine, one thread"),
 ];
 

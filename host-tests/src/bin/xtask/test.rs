@@ -11,6 +11,7 @@ pub fn task() -> Outcome<()> {
     install::everything()?;
     let elf = firmware(Board::SkrPro, FIRMWARE, false)?;
     let behind_bootloader = firmware(Board::SkrPro, FIRMWARE, true)?;
+    let octopus = firmware(Board::Octopus, FIRMWARE, false)?;
 
     let mut failed = Vec::new();
     let mut step = |name: &'static str, command: &mut Command| {
@@ -38,20 +39,19 @@ pub fn task() -> Outcome<()> {
             "warnings",
         ]),
     );
-    step(
-        "lints, target",
-        cargo()
-            .args(["clippy", "--package", "hexstep", "--bins", "--lib"])
-            .args([
-                "--profile",
-                "firmware",
-                "--target",
-                TARGET,
-                "--features",
-                Board::SkrPro.feature(),
-            ])
-            .args(["--", "-D", "warnings"]),
-    );
+    for (name, board) in [
+        ("lints, target", Board::SkrPro),
+        ("lints, target with eight motors", Board::Octopus),
+    ] {
+        step(
+            name,
+            cargo()
+                .args(["clippy", "--package", "hexstep", "--bins", "--lib"])
+                .args(["--profile", "firmware", "--target", TARGET])
+                .args(["--features", board.feature()])
+                .args(["--", "-D", "warnings"]),
+        );
+    }
     step(
         "documentation",
         cargo()
@@ -67,6 +67,7 @@ pub fn task() -> Outcome<()> {
         cargo()
             .args(["test", "--package", "host-tests", "--no-fail-fast"])
             .env("HEXSTEP_FIRMWARE", &elf)
+            .env("HEXSTEP_FIRMWARE_OCTOPUS", &octopus)
             .env("HEXSTEP_FIRMWARE_BOOTLOADER", &behind_bootloader),
     );
     if failed.is_empty() {

@@ -47,6 +47,8 @@ enum Origin {
     Array,
     /// The file with the line of each pose.
     File(String, Vec<usize>),
+    /// By a process, from what stands at this key; what each pose is.
+    Made(&'static str, Vec<String>),
 }
 
 /// The widest row: tip, axis, x axis.
@@ -66,18 +68,10 @@ impl PosesJob {
     ) -> Result<Self, JobError> {
         let machine = PoseMachine::read(root, timing, places)?;
         let path = root.table("path")?;
-        path.known(&[
-            "tip_tolerance",
-            "axis_tolerance",
-            "feed",
-            "inverse_time",
-            "near",
-            "poses",
-            "file",
-        ])?;
+        path.known(&[MOTION, &["feed", "inverse_time", "poses", "file"]].concat())?;
         let is_arm = matches!(machine.model, Model::Arm { .. });
         let pace = default_pace(&path, places)?;
-        let near = read_near(&path, machine.joints.len())?;
+        let motion = Motion::read(&path, machine.joints.len())?;
         let found = match (path.has("poses"), path.has("file")) {
             (true, false) => inline(&path, is_arm)?,
             (false, true) => from_file(&path, is_arm, places)?,
@@ -99,9 +93,9 @@ impl PosesJob {
         let mut job = Self {
             machine,
             rows: Vec::with_capacity(found.numbers.len()),
-            tip_tolerance: path.number_or("tip_tolerance", 0.01, Kind::positive(10.0, "mm"))?,
-            axis_tolerance: path.number_or("axis_tolerance", 0.05, Kind::positive(10.0, "deg"))?,
-            near,
+            tip_tolerance: motion.tip_tolerance,
+            axis_tolerance: motion.axis_tolerance,
+            near: motion.near,
             origin: found.origin,
         };
         if found.numbers.len() < 2 {
@@ -122,6 +116,24 @@ impl PosesJob {
         Ok(job)
     }
 
+    /// Poses that a process has made from what stands at `key`; `told` says of each pose what it is.
+    pub(crate) fn made(
+        machine: &PoseMachine,
+        motion: &Motion,
+        rows: Vec<PoseRow>,
+        key: &'static str,
+        told: Vec<String>,
+    ) -> Self {
+        Self {
+            machine: machine.clone(),
+            rows,
+            tip_tolerance: motion.tip_tolerance,
+            axis_tolerance: motion.axis_tolerance,
+            near: motion.near.clone(),
+            origin: Origin::Made(key, told),
+        }
+    }
+
     /// An error about a pose, where it is written.
     pub fn refuse(&self, job: &Job, index: usize, name: &'static str, detail: String) -> JobError {
         self.refuse_in(&job.places, index, name, detail)
@@ -136,6 +148,10 @@ impl PosesJob {
     ) -> JobError {
         match &self.origin {
             Origin::Array => places.refuse(&format!("path.poses[{index}]"), name, detail),
+            Origin::Made(key, told) => {
+                let what = told.get(index).map_or("", String::as_str);
+                places.refuse(key, name, format!("{detail} ({what})"))
+            }
             Origin::File(file, lines) => JobError {
                 file: file.clone(),
                 place: lines.get(index).map(|line| Place {
@@ -147,6 +163,30 @@ impl PosesJob {
                 detail,
             },
         }
+    }
+}
+
+/// Keys of `[path]` that [`Motion::read`] reads.
+pub(super) const MOTION: &[&str] = &["tip_tolerance", "axis_tolerance", "near"];
+
+/// How a machine follows poses, wherever they come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// [mm]
+    pub tip_tolerance: f64,
+    /// [deg]
+    pub axis_tolerance: f64,
+    /// [mm, deg]
+    pub near: Vec<f64>,
+}
+
+impl Motion {
+    pub(super) fn read(path: &Table<'_>, joints: usize) -> Result<Self, JobError> {
+        Ok(Self {
+            tip_tolerance: path.number_or("tip_tolerance", 0.01, Kind::positive(10.0, "mm"))?,
+            axis_tolerance: path.number_or("axis_tolerance", 0.05, Kind::positive(10.0, "deg"))?,
+            near: read_near(path, joints)?,
+        })
     }
 }
 

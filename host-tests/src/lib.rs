@@ -11,6 +11,7 @@ pub mod mirror;
 pub mod pins;
 pub mod plot;
 pub mod poses;
+pub mod process;
 pub mod reference;
 pub mod report;
 pub mod run;

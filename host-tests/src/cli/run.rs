@@ -5,8 +5,8 @@
 
 use crate::export::{self, Span};
 use crate::files::write_whole;
-use crate::job::{Job, JobError, Task};
-use crate::report::{CountsFigures, DrillFigures, PathFigures, PosesFigures};
+use crate::job::{Job, JobError};
+use crate::report::{Card, Finished, Standing, index};
 use crate::run;
 use crate::trace::{Trace, bits, seconds};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -22,53 +22,34 @@ pub struct Delivered {
     text: &'static str,
 }
 
+macro_rules! delivered {
+    ($name:literal) => {
+        Delivered {
+            name: $name,
+            file: concat!("host-tests/jobs/", $name, ".toml"),
+            text: include_str!(concat!("../../jobs/", $name, ".toml")),
+        }
+    };
+}
+
 /// The jobs that come with the program; the first is run when none is named.
 pub const DELIVERED: &[Delivered] = &[
-    Delivered {
-        name: "drill-point",
-        file: "host-tests/jobs/drill-point.toml",
-        text: include_str!("../../jobs/drill-point.toml"),
-    },
-    Delivered {
-        name: "counts",
-        file: "host-tests/jobs/counts.toml",
-        text: include_str!("../../jobs/counts.toml"),
-    },
-    Delivered {
-        name: "stop-to-stop",
-        file: "host-tests/jobs/stop-to-stop.toml",
-        text: include_str!("../../jobs/stop-to-stop.toml"),
-    },
-    Delivered {
-        name: "circle",
-        file: "host-tests/jobs/circle.toml",
-        text: include_str!("../../jobs/circle.toml"),
-    },
-    Delivered {
-        name: "trochoid",
-        file: "host-tests/jobs/trochoid.toml",
-        text: include_str!("../../jobs/trochoid.toml"),
-    },
-    Delivered {
-        name: "frustum",
-        file: "host-tests/jobs/frustum.toml",
-        text: include_str!("../../jobs/frustum.toml"),
-    },
-    Delivered {
-        name: "pole-crossing",
-        file: "host-tests/jobs/pole-crossing.toml",
-        text: include_str!("../../jobs/pole-crossing.toml"),
-    },
-    Delivered {
-        name: "arm-path",
-        file: "host-tests/jobs/arm-path.toml",
-        text: include_str!("../../jobs/arm-path.toml"),
-    },
-    Delivered {
-        name: "two-sided",
-        file: "host-tests/jobs/two-sided.toml",
-        text: include_str!("../../jobs/two-sided.toml"),
-    },
+    delivered!("drill-point"),
+    delivered!("counts"),
+    delivered!("stop-to-stop"),
+    delivered!("circle"),
+    delivered!("trochoid"),
+    delivered!("frustum"),
+    delivered!("pole-crossing"),
+    delivered!("arm-path"),
+    delivered!("two-sided"),
+    delivered!("dune-hard"),
+    delivered!("dune-soft"),
+    delivered!("shell-soft"),
+    delivered!("precession-plane"),
+    delivered!("precession-curved"),
+    delivered!("mirror-panel"),
+    delivered!("mirror-skin"),
 ];
 
 /// What `hexstep run` was asked for.
@@ -78,7 +59,8 @@ pub struct Request {
     pub job: Option<String>,
     /// Folder for the results; `None` for `target/hexstep/JOB`.
     pub out: Option<PathBuf>,
-    pub extent: Extent,
+    /// `None` for the start of one job, and for nothing of all.
+    pub extent: Option<Extent>,
 }
 
 /// How much of a job `trace.vcd` and `trace.csv` hold.
@@ -106,72 +88,33 @@ pub fn run(request: &Request) -> u8 {
         Err(error) => return refuse(&error),
     };
     let bar = progress_bar();
-    let start = Instant::now();
-    let outcome = run::run(&job, &mut |done, all| {
-        bar.set_length(all);
-        bar.set_position(done);
-    });
-    let wall = start.elapsed().as_secs_f64();
-    let outcome = match outcome {
-        Ok(outcome) => outcome,
-        Err(error) => {
-            bar.finish_and_clear();
-            return refuse(&error);
-        }
-    };
-
-    bar.set_message("measuring");
-    let (lines, html, sound) = match &job.task {
-        Task::DrillPoint(drill) => {
-            let figures = DrillFigures::of(&job, drill, &outcome, wall);
-            (figures.summary(), figures.html(), figures.is_sound())
-        }
-        Task::Counts(counts) => {
-            let figures = CountsFigures::of(&job, counts, &outcome, wall);
-            (figures.summary(), figures.html(), figures.is_sound())
-        }
-        Task::Path(path) => {
-            let figures = PathFigures::of(&job, path, &outcome, wall);
-            (figures.summary(), figures.html(), figures.is_sound())
-        }
-        Task::Poses(poses) => {
-            let figures = PosesFigures::of(&job, poses, &outcome, wall);
-            (figures.summary(), figures.html(), figures.is_sound())
-        }
-    };
     let folder = request
         .out
         .clone()
-        .unwrap_or_else(|| Path::new("target/hexstep").join(&job.name));
-    bar.set_message("writing");
-    let written = write_results(
-        &folder,
-        &html,
-        request.extent,
-        &outcome.trace,
-        &job.motor_names(),
-    );
+        .unwrap_or_else(|| Path::new(FOLDER).join(&job.name));
+    let ran = run_into(&job, &folder, request.extent.unwrap_or_default(), &bar);
     bar.finish_and_clear();
+    let ran = match ran {
+        Ok(ran) => ran,
+        Err(error) => return refuse(&error),
+    };
 
     let mut text = format!("job      {}\n", job.name);
-    for line in &lines {
+    for line in &ran.finished.summary {
         text.push_str(line);
         text.push('\n');
     }
     text.push('\n');
-    let status = match written {
+    let status = match ran.written {
         Ok(lines) => {
             for line in lines {
                 text.push_str(&line);
                 text.push('\n');
             }
-            if sound { SOUND } else { UNSOUND }
+            if ran.finished.sound { SOUND } else { UNSOUND }
         }
         Err(error) => {
-            tell(&format!(
-                "hexstep: {}: {error}; choose another folder with --out\n",
-                folder.display()
-            ));
+            unwritable(&folder, &error);
             UNSOUND
         }
     };
@@ -179,22 +122,153 @@ pub fn run(request: &Request) -> u8 {
     status
 }
 
-/// Shows the delivered jobs.
+/// Results of all jobs, and the page that shows them.
+const FOLDER: &str = "target/hexstep";
+
+/// Runs every delivered job and writes a page that shows them all; returns the worst exit status. Waves and steps are
+/// written only when they are asked for.
+pub fn run_all(request: &Request) -> u8 {
+    let root = request.out.clone().unwrap_or_else(|| FOLDER.into());
+    let (mut cards, mut status) = (Vec::new(), SOUND);
+    for (number, delivered) in (1..).zip(DELIVERED) {
+        let bar = progress_bar();
+        bar.set_prefix(format!("{number}/{} {} ", DELIVERED.len(), delivered.name));
+        let start = Instant::now();
+        let folder = root.join(delivered.name);
+        let extent = request.extent.unwrap_or(Extent::Nothing);
+        let ran = load(Some(delivered.name)).and_then(|job| run_into(&job, &folder, extent, &bar));
+        bar.finish_and_clear();
+        let mut card = Card {
+            name: delivered.name.into(),
+            about: delivered.about(),
+            standing: Standing::Failed,
+            lines: Vec::new(),
+            link: None,
+            picture: None,
+            wall: start.elapsed().as_secs_f64(),
+        };
+        let worst = match ran {
+            Ok(ran) => {
+                let is_figure = |line: &&String| line.contains("  ");
+                let lines = ran.finished.summary.iter().take_while(|l| !l.is_empty());
+                card.lines = lines.filter(is_figure).take(CARD_LINES).cloned().collect();
+                card.picture = picture(&ran.finished.html);
+                match ran.written {
+                    Ok(_) => {
+                        card.link = Some(format!("{}/report.html", delivered.name));
+                        if ran.finished.sound {
+                            card.standing = Standing::Sound;
+                            SOUND
+                        } else {
+                            card.standing = Standing::Unsound;
+                            UNSOUND
+                        }
+                    }
+                    Err(error) => {
+                        unwritable(&folder, &error);
+                        UNSOUND
+                    }
+                }
+            }
+            Err(error) => {
+                card.lines = vec![format!("refused  {error}")];
+                refuse(&error)
+            }
+        };
+        status = status.max(worst);
+        let state = match card.standing {
+            Standing::Sound => "ok",
+            Standing::Unsound => "WRONG",
+            Standing::Failed => "FAILED",
+        };
+        say(&format!(
+            "{state:<7}{:<18}{:>7.1} s\n",
+            card.name, card.wall
+        ));
+        cards.push(card);
+    }
+    let page = root.join("index.html");
+    let html = index(&cards);
+    let written = write_whole(&page, |out| out.write_all(html.as_bytes()));
+    match written.and_then(|()| told("index", &page)) {
+        Ok(line) => say(&format!("\n{line}\n")),
+        Err(error) => {
+            unwritable(&root, &error);
+            status = status.max(UNSOUND);
+        }
+    }
+    status
+}
+
+/// Lines of a summary that a card shows.
+const CARD_LINES: usize = 7;
+/// A larger picture would make the page slow.
+const LARGEST_PICTURE: usize = 400_000;
+
+/// The first picture of a report that is not too large.
+fn picture(html: &str) -> Option<String> {
+    let mut rest = html;
+    while let Some(start) = rest.find("<svg") {
+        let end = start + rest[start..].find("</svg>")? + "</svg>".len();
+        if end - start <= LARGEST_PICTURE {
+            return Some(rest[start..end].to_string());
+        }
+        rest = &rest[end..];
+    }
+    None
+}
+
+/// A job that has run to its end.
+struct Ran {
+    finished: Finished,
+    /// Lines that tell what lies where.
+    written: io::Result<Vec<String>>,
+}
+
+fn run_into(job: &Job, folder: &Path, extent: Extent, bar: &ProgressBar) -> Result<Ran, JobError> {
+    bar.set_message("planning");
+    let start = Instant::now();
+    let mut is_running = false;
+    let outcome = run::run(job, &mut |done, all| {
+        if !is_running {
+            bar.set_message("simulating");
+            is_running = true;
+        }
+        bar.set_length(all);
+        bar.set_position(done);
+    })?;
+    bar.set_message("measuring");
+    let finished = Finished::of(job, &outcome, start.elapsed().as_secs_f64());
+    bar.set_message("writing");
+    // What has no motion has no waves.
+    let extent = if outcome.trace.ticks() == 0 {
+        Extent::Nothing
+    } else {
+        extent
+    };
+    let names = job.motor_names();
+    let written = write_results(folder, &finished.html, extent, &outcome.trace, &names);
+    Ok(Ran { finished, written })
+}
+
+/// Shows the delivered jobs, one line each.
 pub fn list() -> u8 {
     let mut text = String::new();
     for job in DELIVERED {
-        text.push_str(&format!("{:<14}{}\n", job.name, job.file));
-        // The comment at the head of the file tells what it is.
-        for line in job.text.lines().take_while(|line| line.starts_with("# ")) {
-            text.push_str(&format!(
-                "{:14}{}\n",
-                "",
-                line.trim_start_matches(['#', ' '])
-            ));
-        }
+        text.push_str(&format!("{:<18}{}\n", job.name, job.about()));
     }
     say(&text);
     SOUND
+}
+
+impl Delivered {
+    /// The first sentence of the comment at the head of its file.
+    pub fn about(&self) -> String {
+        let lines = self.text.lines().map_while(|line| line.strip_prefix("# "));
+        let comment = lines.collect::<Vec<_>>().join(" ");
+        let sentence = comment.split(". ").next().unwrap_or_default();
+        sentence.trim_end_matches('.').into()
+    }
 }
 
 /// The job file, if there is one of that name, else the delivered job.
@@ -286,11 +360,17 @@ fn size(bytes: u64) -> String {
 fn progress_bar() -> ProgressBar {
     let bar = ProgressBar::new(0);
     // The template is a constant: it is right or wrong for good.
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}") {
+    if let Ok(style) = ProgressStyle::with_template("{prefix}{bar:40} {pos}/{len} {msg}") {
         bar.set_style(style);
     }
-    bar.set_message("simulating");
     bar
+}
+
+fn unwritable(folder: &Path, error: &io::Error) {
+    tell(&format!(
+        "hexstep: {}: {error}; choose another folder with --out\n",
+        folder.display()
+    ));
 }
 
 fn refuse(error: &JobError) -> u8 {

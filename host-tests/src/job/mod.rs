@@ -14,19 +14,25 @@ mod axes;
 mod counts;
 mod cues;
 mod drill;
+mod mirror;
 mod model;
 mod path;
 mod points;
 mod poses;
+mod precession;
 mod reader;
+mod surface;
 
 pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
 pub use drill::{DrillJob, Phi};
+pub use mirror::MirrorJob;
 pub use model::{Model, PoseJoint, PoseMachine, side_error_name};
 pub use path::{Block, PathJob};
 pub use points::{Pace, PathPoint};
-pub use poses::{PoseRow, PosesJob};
+pub use poses::{Motion, PoseRow, PosesJob};
+pub use precession::PrecessionJob;
+pub use surface::SurfaceJob;
 
 use crate::machine::TICK_HZ;
 use hexstep::stepper::{StepMode, Timing};
@@ -55,6 +61,12 @@ pub enum Task {
     Path(Box<PathJob>),
     /// Takes a tool through poses, on any machine: `kind = "poses"`.
     Poses(Box<PosesJob>),
+    /// Grinds a free-form surface in rows: `kind = "surface"`.
+    Surface(Box<SurfaceJob>),
+    /// Polishes along a surface under continuous precession: `kind = "precession"`.
+    Precession(Box<PrecessionJob>),
+    /// Mills a panel from both sides, simulated: `kind = "mirror"`.
+    Mirror(MirrorJob),
 }
 
 /// Where in which file something stands.
@@ -113,6 +125,11 @@ const TABLES: &[&str] = &[
     "point",
     "cue",
     "joint",
+    "surface",
+    "grinding",
+    "polishing",
+    "simulation",
+    "panel",
 ];
 
 impl Job {
@@ -144,7 +161,15 @@ impl Job {
         let document = source.document()?;
         let root = Table::root(&source, &document);
         root.known(TABLES)?;
-        let kinds = ["drill-point", "counts", "path", "poses"];
+        let kinds = [
+            "drill-point",
+            "counts",
+            "path",
+            "poses",
+            "surface",
+            "precession",
+            "mirror",
+        ];
         let kind = root.word("kind", &kinds)?;
 
         let mut places = Places {
@@ -172,6 +197,20 @@ impl Job {
                 )?;
                 Task::Poses(Box::new(PosesJob::read(&root, &timing, &places)?))
             }
+            4 => {
+                let tables = ["kind", "machine", "surface", "grinding", "path", "stepper"];
+                root.known_for(kinds[kind], &tables)?;
+                Task::Surface(Box::new(SurfaceJob::read(&root, &timing, &places)?))
+            }
+            5 => {
+                let tables = ["kind", "machine", "joint", "polishing", "path", "stepper"];
+                root.known_for(kinds[kind], &tables)?;
+                Task::Precession(Box::new(PrecessionJob::read(&root, &timing, &places)?))
+            }
+            6 => {
+                root.known_for(kinds[kind], &["kind", "simulation", "panel"])?;
+                Task::Mirror(MirrorJob::read(&root, &places)?)
+            }
             _ => {
                 root.known_for(
                     kinds[kind],
@@ -190,13 +229,22 @@ impl Job {
 
     /// What the six motors are called.
     pub fn motor_names(&self) -> [String; 6] {
-        match &self.task {
-            Task::Poses(poses) => {
-                let joints = &poses.machine.joints;
-                let name = |i: usize| joints.get(i).map(|joint| joint.name.clone());
+        match self.machine() {
+            Some(machine) => {
+                let name = |i: usize| machine.joints.get(i).map(|joint| joint.name.clone());
                 std::array::from_fn(|i| name(i).unwrap_or_else(|| format!("motor{}", i + 1)))
             }
-            _ => MOTORS.map(String::from),
+            None => MOTORS.map(String::from),
+        }
+    }
+
+    /// The machine that takes a tool through poses, where the job has one.
+    pub fn machine(&self) -> Option<&PoseMachine> {
+        match &self.task {
+            Task::Poses(poses) => Some(&poses.machine),
+            Task::Surface(surface) => Some(&surface.machine),
+            Task::Precession(precession) => Some(&precession.machine),
+            Task::DrillPoint(_) | Task::Counts(_) | Task::Path(_) | Task::Mirror(_) => None,
         }
     }
 

@@ -50,6 +50,8 @@ enum Origin {
     Array,
     /// The file with the line of each pose.
     File(String, Vec<usize>),
+    /// By a process, from what stands at this key; what each pose is.
+    Made(&'static str, Vec<String>),
 }
 
 /// The widest row: tip, axis, x axis.
@@ -69,16 +71,7 @@ impl PosesJob {
     ) -> Result<Self, JobError> {
         let machine = PoseMachine::read(root, timing, places)?;
         let path = root.table("path")?;
-        path.known(&[
-            "tip_tolerance",
-            "axis_tolerance",
-            "feed",
-            "inverse_time",
-            "near",
-            "choice",
-            "poses",
-            "file",
-        ])?;
+        path.known(&[MOTION, &["feed", "inverse_time", "choice", "poses", "file"]].concat())?;
         let is_arm = matches!(machine.model, Model::Arm { .. });
         let pace = default_pace(&path, places)?;
         let chooses_best = path.has("choice") && path.word("choice", &["nearest", "best"])? == 1;
@@ -86,7 +79,7 @@ impl PosesJob {
             let detail = "only a five-axis machine chooses so; an arm keeps one branch, all others the nearest joints";
             return Err(places.refuse("path.choice", "UnknownName", detail.into()));
         }
-        let near = read_near(&path, machine.joints.len())?;
+        let motion = Motion::read(&path, machine.joints.len())?;
         let found = match (path.has("poses"), path.has("file")) {
             (true, false) => inline(&path, is_arm)?,
             (false, true) => from_file(&path, is_arm, places)?,
@@ -108,10 +101,10 @@ impl PosesJob {
         let mut job = Self {
             machine,
             rows: Vec::with_capacity(found.numbers.len()),
-            tip_tolerance: path.number_or("tip_tolerance", 0.01, Kind::positive(10.0, "mm"))?,
-            axis_tolerance: path.number_or("axis_tolerance", 0.05, Kind::positive(10.0, "deg"))?,
+            tip_tolerance: motion.tip_tolerance,
+            axis_tolerance: motion.axis_tolerance,
             chooses_best,
-            near,
+            near: motion.near,
             origin: found.origin,
         };
         if found.numbers.len() < 2 {
@@ -132,6 +125,25 @@ impl PosesJob {
         Ok(job)
     }
 
+    /// Poses that a process has made from what stands at `key`; `told` says of each pose what it is.
+    pub(crate) fn made(
+        machine: &PoseMachine,
+        motion: &Motion,
+        rows: Vec<PoseRow>,
+        key: &'static str,
+        told: Vec<String>,
+    ) -> Self {
+        Self {
+            machine: machine.clone(),
+            rows,
+            tip_tolerance: motion.tip_tolerance,
+            axis_tolerance: motion.axis_tolerance,
+            chooses_best: false,
+            near: motion.near.clone(),
+            origin: Origin::Made(key, told),
+        }
+    }
+
     /// An error about a pose, where it is written.
     pub fn refuse(&self, job: &Job, index: usize, name: &'static str, detail: String) -> JobError {
         self.refuse_in(&job.places, index, name, detail)
@@ -146,6 +158,10 @@ impl PosesJob {
     ) -> JobError {
         match &self.origin {
             Origin::Array => places.refuse(&format!("path.poses[{index}]"), name, detail),
+            Origin::Made(key, told) => {
+                let what = told.get(index).map_or("", String::as_str);
+                places.refuse(key, name, format!("{detail} ({what})"))
+            }
             Origin::File(file, lines) => JobError {
                 file: file.clone(),
                 place: lines.get(index).map(|line| Place {
@@ -157,6 +173,30 @@ impl PosesJob {
                 detail,
             },
         }
+    }
+}
+
+/// Keys of `[path]` that [`Motion::read`] reads.
+pub(super) const MOTION: &[&str] = &["tip_tolerance", "axis_tolerance", "near"];
+
+/// How a machine follows poses, wherever they come from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// [mm]
+    pub tip_tolerance: f64,
+    /// [deg]
+    pub axis_tolerance: f64,
+    /// [mm, deg]
+    pub near: Vec<f64>,
+}
+
+impl Motion {
+    pub(super) fn read(path: &Table<'_>, joints: usize) -> Result<Self, JobError> {
+        Ok(Self {
+            tip_tolerance: path.number_or("tip_tolerance", 0.01, Kind::positive(10.0, "mm"))?,
+            axis_tolerance: path.number_or("axis_tolerance", 0.05, Kind::positive(10.0, "deg"))?,
+            near: read_near(path, joints)?,
+        })
     }
 }
 

@@ -111,6 +111,12 @@ impl Kind {
         unit: "",
     };
 
+    /// Any number, even none and infinite ones: a process names what is wrong with it in its own words.
+    pub const LOOSE: Self = Self {
+        above: f64::NAN,
+        ..Self::ANY
+    };
+
     /// `least ..= most`
     pub const fn between(least: f64, most: f64, unit: &'static str) -> Self {
         Self {
@@ -129,6 +135,10 @@ impl Kind {
             most,
             unit,
         }
+    }
+
+    fn is_loose(&self) -> bool {
+        self.above.is_nan()
     }
 
     fn holds(&self, x: f64) -> bool {
@@ -363,6 +373,7 @@ impl<'a> Table<'a> {
             found => return Err(self.wrong_type(span, key, "a number", found)),
         };
         match read {
+            Some(x) if kind.is_loose() => Ok(x),
             Some(x) if x.is_finite() && kind.holds(x) => Ok(x),
             Some(x) if x.is_finite() => {
                 let detail = format!("expected {}, found {x}", kind.told());
@@ -490,6 +501,53 @@ impl<'a> Table<'a> {
             let detail = format!("expected {expected}, found {found}");
             self.refuse(Some(self.source.place(span)), key, "WrongType", detail)
         })
+    }
+
+    /// An array of any numbers, as many as there are.
+    pub fn list(&self, key: &str) -> Result<Vec<f64>, JobError> {
+        let (span, value) = self.entry(key, "an array of numbers")?;
+        self.list_of(key, (&span, value))
+    }
+
+    fn list_of(&self, key: &str, (span, value): Entry<'a, '_>) -> Result<Vec<f64>, JobError> {
+        let DeValue::Array(items) = value else {
+            return Err(self.wrong_type(span, key, "an array of numbers", value));
+        };
+        let number = |(index, item): (usize, &Spanned<DeValue<'a>>)| {
+            let key = format!("{key}[{index}]");
+            self.number_of(&key, (&item.span(), item.get_ref()), Kind::LOOSE)
+        };
+        items.iter().enumerate().map(number).collect()
+    }
+
+    /// An array of arrays of any numbers.
+    pub fn lists(&self, key: &str) -> Result<Vec<Vec<f64>>, JobError> {
+        let expected = "an array of arrays of numbers";
+        let (span, value) = self.entry(key, expected)?;
+        self.lists_of(key, (&span, value))
+    }
+
+    fn lists_of(&self, key: &str, (span, value): Entry<'a, '_>) -> Result<Vec<Vec<f64>>, JobError> {
+        let DeValue::Array(items) = value else {
+            return Err(self.wrong_type(span, key, "an array of arrays of numbers", value));
+        };
+        let list = |(index, item): (usize, &Spanned<DeValue<'a>>)| {
+            self.list_of(&format!("{key}[{index}]"), (&item.span(), item.get_ref()))
+        };
+        items.iter().enumerate().map(list).collect()
+    }
+
+    /// Rows of rows of any numbers: a net of points.
+    pub fn net(&self, key: &str) -> Result<Vec<Vec<Vec<f64>>>, JobError> {
+        let expected = "an array of rows of points [x, y, z]";
+        let (span, value) = self.entry(key, expected)?;
+        let DeValue::Array(items) = value else {
+            return Err(self.wrong_type(&span, key, expected, value));
+        };
+        let row = |(index, item): (usize, &Spanned<DeValue<'a>>)| {
+            self.lists_of(&format!("{key}[{index}]"), (&item.span(), item.get_ref()))
+        };
+        items.iter().enumerate().map(row).collect()
     }
 
     /// An array of at least one and at most `most` arrays of N numbers.

@@ -25,17 +25,10 @@ pub use statistics::{Summary, mean, sample_sigma};
 use hexstep::cycles::mirror_trim::{BadLimit, Parameters, Trimmer};
 use std::f64::consts::PI;
 
-/// Rows [mm], in the order in which they are milled.
-const ROWS: [f64; 3] = [-200.0, 0.0, 200.0];
-/// Points of a row at which the wall is looked at [mm].
-const PLACES: [f64; 3] = [-300.0, 0.0, 300.0];
-/// A row runs from -START to START [mm].
-const START: f64 = 450.0;
-/// Ticks at the start of a row that do not count: the trimmer finds its way in.
+/// Ticks at the start of a row that do not count.
 const SKIPPED: u64 = 100;
 /// Tolerance of the wall [mm].
 const TOLERANCE: f64 = 0.1;
-const GATE: f64 = 0.25;
 /// At a tick of 10 ms half a second without a reading; the model's noise never comes near.
 const MISS_MAX: u32 = 50;
 /// Gauge readings of each point, and what the gauge shows [mm].
@@ -46,15 +39,65 @@ const GAUGE_SEED: u64 = 1000;
 /// A row of more ticks takes too long.
 const MOST_TICKS: f64 = 1e7;
 
+/// The panel and where it is milled and measured; its middle is the origin. Lengths in mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    pub length: f64,
+    pub width: f64,
+    /// Shift of its middle at 100 N.
+    pub peak: f64,
+    /// Rows, in the order in which they are milled.
+    pub rows: Vec<f64>,
+    /// Points of a row at which the wall is looked at.
+    pub places: Vec<f64>,
+    /// A row runs from -start to start.
+    pub start: f64,
+}
+
+impl Default for Panel {
+    /// Section 10: 1000 x 750 mm, nine points.
+    fn default() -> Self {
+        Self {
+            length: 1000.0,
+            width: 750.0,
+            peak: 0.15,
+            rows: vec![-200.0, 0.0, 200.0],
+            places: vec![-300.0, 0.0, 300.0],
+            start: 450.0,
+        }
+    }
+}
+
+impl Panel {
+    /// The name of what is wrong with it.
+    fn fault(&self) -> Option<&'static str> {
+        let lies = |x: &f64, most: f64| x.is_finite() && x.abs() <= most;
+        let fits = |list: &[f64], most: f64| {
+            !list.is_empty() && list.len() < 100 && list.iter().all(|x| lies(x, most))
+        };
+        [
+            ("length", self.length > 0.0 && self.length.is_finite()),
+            ("width", self.width > 0.0 && self.width.is_finite()),
+            (
+                "start",
+                self.start > 0.0 && lies(&self.start, 0.5 * self.length),
+            ),
+            ("rows", fits(&self.rows, 0.5 * self.width)),
+            ("places", fits(&self.places, self.start)),
+        ]
+        .iter()
+        .find(|(_, good)| !good)
+        .map(|(name, _)| *name)
+    }
+}
+
 /// What is simulated. Lengths in mm, times in s, force in N.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
     pub seed: u64,
     /// Wanted wall.
     pub d: f64,
     pub force: f64,
-    /// Shift of the panel's middle at 100 N.
-    pub peak: f64,
     /// Standard deviation of the sensor.
     pub noise: f64,
     /// Standard deviation of the gauge.
@@ -64,6 +107,9 @@ pub struct Simulation {
     pub tau: f64,
     pub amount: f64,
     pub rate: f64,
+    /// A reading farther from the filtered ones does not count.
+    pub gate: f64,
+    pub panel: Panel,
 }
 
 impl Default for Simulation {
@@ -73,7 +119,6 @@ impl Default for Simulation {
             seed: 1,
             d: 1.5,
             force: 100.0,
-            peak: 0.15,
             noise: 0.03,
             gauge: 0.01,
             feed: 5.0,
@@ -81,6 +126,8 @@ impl Default for Simulation {
             tau: 0.2,
             amount: 0.3,
             rate: 0.5,
+            gate: 0.25,
+            panel: Panel::default(),
         }
     }
 }
@@ -91,6 +138,8 @@ pub enum SimulationError {
     /// The wall is not a number above zero.
     BadWall,
     BadLimit(&'static str),
+    /// Rows or places that are not on the panel.
+    BadPanel(&'static str),
     NonFinite(&'static str),
     /// A row would take more than 10 million ticks, or not more than the 100 that do not count.
     BadRow,
@@ -101,7 +150,7 @@ pub enum SimulationError {
 pub struct Walls {
     /// All ticks that count.
     pub rows: Summary,
-    /// Nine walls, row by row.
+    /// Walls at the places of all rows, row by row.
     pub points: Vec<f64>,
     /// The same as gauged: averages of three readings.
     pub gauged: Vec<f64>,
@@ -130,7 +179,18 @@ pub struct Tick {
 impl Simulation {
     /// Shift of the panel towards the mill [mm] at a place of it [mm].
     pub fn delta(&self, x: f64, y: f64) -> f64 {
-        self.peak * (self.force / 100.0) * (PI * x / 1000.0).cos() * (PI * y / 750.0).cos()
+        let Panel {
+            length,
+            width,
+            peak,
+            ..
+        } = self.panel;
+        peak * (self.force / 100.0) * (PI * x / length).cos() * (PI * y / width).cos()
+    }
+
+    /// Whether a tick of a row counts: at its start the trimmer finds its way in.
+    pub fn counts(tick: u64) -> bool {
+        tick >= SKIPPED
     }
 
     pub fn run(&self) -> Result<Outcome, SimulationError> {
@@ -140,14 +200,15 @@ impl Simulation {
     /// Runs, and shows every tick with its number within the row.
     pub fn watch(&self, mut show: impl FnMut(u64, &Tick)) -> Result<Outcome, SimulationError> {
         let (trimmer, ticks) = self.check()?;
-        let place = |x: f64| ((x + START) / (self.feed * self.dt)).round() as u64;
-        let looked_at = PLACES.map(place);
+        let start = self.panel.start;
+        let place = |x: &f64| ((x + start) / (self.feed * self.dt)).round() as u64;
+        let looked_at: Vec<u64> = self.panel.places.iter().map(place).collect();
         let mut noise = Noise::new(self.seed);
         let mut walls = [(); 2].map(|()| (Summary::about(self.d, TOLERANCE), Vec::new()));
-        for y in ROWS {
+        for y in self.panel.rows.iter().copied() {
             let mut trimmer = trimmer;
             for k in 0..=ticks {
-                let x = -START + self.feed * self.dt * k as f64;
+                let x = -start + self.feed * self.dt * k as f64;
                 let delta = self.delta(x, y);
                 let measured = delta + self.noise * noise.gauss();
                 let (out, _) = trimmer.tick(Some(measured));
@@ -162,7 +223,7 @@ impl Simulation {
                 };
                 show(k, &tick);
                 for ((rows, points), wall) in walls.iter_mut().zip([tick.untrimmed, tick.trimmed]) {
-                    if k >= SKIPPED {
+                    if Self::counts(k) {
                         rows.take(wall);
                     }
                     if looked_at.contains(&k) {
@@ -192,7 +253,10 @@ impl Simulation {
     }
 
     /// The trimmer and the number of the last tick of a row.
-    fn check(&self) -> Result<(Trimmer<f64>, u64), SimulationError> {
+    ///
+    /// # Errors
+    /// What is wrong with the parameters; then nothing is simulated.
+    pub fn check(&self) -> Result<(Trimmer<f64>, u64), SimulationError> {
         if !(self.d.is_finite() && self.d > 0.0) {
             return Err(SimulationError::BadWall);
         }
@@ -201,7 +265,7 @@ impl Simulation {
             tau: self.tau,
             amount: self.amount,
             rate: self.rate,
-            gate: GATE,
+            gate: self.gate,
             miss_max: MISS_MAX,
         })
         .map_err(|BadLimit(name)| SimulationError::BadLimit(name))?;
@@ -210,15 +274,18 @@ impl Simulation {
         }
         let numbers = [
             ("force", self.force),
-            ("peak", self.peak),
+            ("peak", self.panel.peak),
             ("noise", self.noise),
             ("gauge", self.gauge),
         ];
         if let Some((name, _)) = numbers.iter().find(|(_, x)| !x.is_finite()) {
             return Err(SimulationError::NonFinite(name));
         }
+        if let Some(name) = self.panel.fault() {
+            return Err(SimulationError::BadPanel(name));
+        }
         // The last tick that does not lie beyond the row, but for rounding.
-        let ticks = (2.0 * START / (self.feed * self.dt) + 1e-9).floor();
+        let ticks = (2.0 * self.panel.start / (self.feed * self.dt) + 1e-9).floor();
         if ticks > MOST_TICKS || ticks < SKIPPED as f64 {
             return Err(SimulationError::BadRow);
         }

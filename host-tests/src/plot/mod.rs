@@ -5,10 +5,14 @@
 
 mod chart;
 mod drawing;
+mod histogram;
+mod map;
 mod waves;
 
 pub use chart::Chart;
 pub use drawing::{Drawing, Pen};
+pub use histogram::Histogram;
+pub use map::Map;
 pub use waves::Waves;
 
 use std::fmt::Write;
@@ -98,6 +102,13 @@ impl Canvas {
         let dash = dash_attribute(dash);
         self.put(format_args!(
             r#"<path d="{data}" fill="{fill}" stroke="{stroke}" stroke-width="{width}" stroke-linejoin="round"{dash}/>"#
+        ));
+    }
+
+    fn rectangle(&mut self, at: (f64, f64), size: (f64, f64), fill: &str) {
+        self.put(format_args!(
+            r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" fill="{fill}"/>"#,
+            at.0, at.1, size.0, size.1
         ));
     }
 

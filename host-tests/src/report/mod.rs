@@ -3,21 +3,31 @@
 mod contour;
 mod counts;
 mod drill;
+mod finished;
 mod ground;
+mod index;
+mod mirror;
 mod motors;
 mod outline;
 mod path;
 mod poses;
+mod precession;
 mod space;
+mod surface;
 
 pub use contour::ContourError;
 pub use counts::{CountsFigures, Deviation, LineFigures};
 pub use drill::DrillFigures;
+pub use finished::Finished;
 pub use ground::{Feature, GroundDrill, Stroke};
+pub use index::{Card, Standing, index};
+pub use mirror::MirrorFigures;
 pub use motors::{Channel, MotorFigures, Motors, Quantity, pulse_trains, window_for};
 pub use path::PathFigures;
 pub use poses::PosesFigures;
+pub use precession::PrecessionFigures;
 pub use space::Space;
+pub use surface::SurfaceFigures;
 
 use crate::plot::escape;
 use std::fmt::Write;

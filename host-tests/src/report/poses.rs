@@ -113,7 +113,7 @@ impl<'a> PosesFigures<'a> {
         to - from
     }
 
-    fn span(&self) -> (f64, f64) {
+    pub(super) fn span(&self) -> (f64, f64) {
         let last = self.motors.figures.iter().filter_map(|f| f.statistics.last);
         let start = self.run.start;
         (
@@ -122,7 +122,7 @@ impl<'a> PosesFigures<'a> {
         )
     }
 
-    fn told_path(&self) -> String {
+    pub(super) fn told_path(&self) -> String {
         let rows = &self.poses.rows;
         let length: f64 = rows
             .windows(2)
@@ -143,7 +143,7 @@ impl<'a> PosesFigures<'a> {
         )
     }
 
-    fn told_time(&self) -> String {
+    pub(super) fn told_time(&self) -> String {
         let planned = self.run.plan.duration();
         let limited = self
             .run
@@ -173,7 +173,7 @@ impl<'a> PosesFigures<'a> {
         text
     }
 
-    fn told_tip(&self) -> String {
+    pub(super) fn told_tip(&self) -> String {
         format!(
             "off by at most {} µm (rms {} µm); tolerance {} µm and a step of {} µm",
             number(self.measured.tip * 1e3, 3),
@@ -183,7 +183,7 @@ impl<'a> PosesFigures<'a> {
         )
     }
 
-    fn told_angle(&self) -> String {
+    pub(super) fn told_angle(&self) -> String {
         let residual = self.run.plan.residual;
         let cannot = if residual > 1e-3 {
             format!(
@@ -201,7 +201,7 @@ impl<'a> PosesFigures<'a> {
         )
     }
 
-    fn told_machine(&self) -> String {
+    pub(super) fn told_machine(&self) -> String {
         let joints = &self.poses.machine.joints;
         let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
         let mut text = format!("{}: {}", self.poses.machine.name, names.join(", "));
@@ -292,7 +292,7 @@ impl<'a> PosesFigures<'a> {
         report.html()
     }
 
-    fn overview(&self, report: &mut Report) {
+    pub(super) fn overview(&self, report: &mut Report) {
         let judged = |text: String, good: bool| match good {
             true => Cell::Text(text),
             false => Cell::Judged(text, false),
@@ -344,7 +344,7 @@ impl<'a> PosesFigures<'a> {
         );
     }
 
-    fn space_section(&self, report: &mut Report) {
+    pub(super) fn space_section(&self, report: &mut Report) {
         report.section("The tool in space");
         let rows = &self.poses.rows;
         let mut space = Space::of(rows.iter().map(|row| row.tip));
@@ -384,7 +384,7 @@ impl<'a> PosesFigures<'a> {
         );
     }
 
-    fn error_section(&self, report: &mut Report) {
+    pub(super) fn error_section(&self, report: &mut Report) {
         report.section("Errors of tip and tool");
         let (from, to) = self.span();
         let allowed = (self.poses.tip_tolerance + self.step()) * 1e3;
@@ -433,7 +433,7 @@ impl<'a> PosesFigures<'a> {
         );
     }
 
-    fn joint_section(&self, report: &mut Report) {
+    pub(super) fn joint_section(&self, report: &mut Report) {
         report.section("Joints");
         let (from, to) = self.span();
         let joints = self.poses.machine.joints.iter().enumerate();
@@ -459,7 +459,7 @@ impl<'a> PosesFigures<'a> {
         report.figure(&chart, "All rebuilt from the pulses alone.");
     }
 
-    fn pose_section(&self, report: &mut Report) {
+    pub(super) fn pose_section(&self, report: &mut Report) {
         report.section("Poses and their joints");
         let plan = &self.run.plan;
         let joints = &self.poses.machine.joints;
@@ -500,7 +500,7 @@ impl<'a> PosesFigures<'a> {
         report.table(&caption, &head, &rows);
     }
 
-    fn pulse_section(&self, report: &mut Report) {
+    pub(super) fn pulse_section(&self, report: &mut Report) {
         report.section("Pulses");
         let (first, last) = self.span();
         let from = ((first + last) / 2.0 * TICK_HZ as f64) as u64;

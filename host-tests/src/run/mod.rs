@@ -14,6 +14,7 @@ pub use settings::settings;
 use crate::job::{CountsJob, DrillJob, Job, JobError, Task};
 use crate::machine::{self, Machine};
 use crate::poses::Plan;
+use crate::process::Made;
 use crate::trace::{Trace, seconds};
 use hexstep::cycles::drill_point::Cycle;
 use hexstep::stepper::Preset;
@@ -28,6 +29,8 @@ pub struct Outcome {
     pub starved: u32,
     /// What poses became, and when their path began.
     pub poses: Option<RunPoses>,
+    /// What a process became.
+    pub made: Option<Made>,
 }
 
 /// The run of a job with poses.
@@ -46,20 +49,37 @@ pub type Progress<'a> = &'a mut dyn FnMut(u64, u64);
 /// # Errors
 /// A [`JobError`] with the key at fault: the path leaves the travel of a joint, or cannot be followed.
 pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
-    let plan = match &job.task {
-        Task::Poses(poses) => {
+    let made = Made::of(job)?;
+    let poses_of = match &job.task {
+        Task::Poses(poses) => Some(poses.as_ref()),
+        _ => made.as_ref().and_then(Made::poses),
+    };
+    let plan = match poses_of {
+        Some(poses) => {
             let plan = Plan::of(job, poses)?;
             let targets = poses::targets(job, poses, &plan)?;
             Some((poses, plan, targets))
         }
-        _ => None,
+        None => None,
     };
-    let settings = settings::settings(job, plan.as_ref().map(|(_, plan, _)| plan))?;
+    if matches!(job.task, Task::Mirror(_)) {
+        // Nothing moves: the walls are all there is.
+        progress(1, 1);
+        return Ok(Outcome {
+            trace: Trace::new(job.timing.mode),
+            counts: [0; 6],
+            starved: 0,
+            poses: None,
+            made,
+        });
+    }
+    let planned = plan.as_ref().map(|(poses, plan, _)| (*poses, plan));
+    let settings = settings::settings(job, planned)?;
     let path = match &job.task {
         Task::DrillPoint(drill) => Some((drill.as_ref(), drill::check(job, drill, &settings)?)),
-        Task::Counts(_) | Task::Path(_) | Task::Poses(_) => None,
+        _ => None,
     };
-    machine::with(|machine| {
+    let (trace, counts, starved, start) = machine::with(|machine| {
         let configured = machine.controller.configure(settings);
         configured.map_err(|error| refused(job, &format!("error {}", error.number())))?;
         // The banner, which nobody has asked for, and the step mode, which the interrupt takes over between motions.
@@ -74,12 +94,20 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         }
         // The last levels go out a tick after they were computed, and a pulse ends one later.
         machine.run(3);
-        Ok(Outcome {
-            counts: machine.controller.counts(),
-            starved: machine.starved(),
-            trace: machine.take_trace(),
-            poses: plan.map(|(_, plan, _)| RunPoses { plan, start }),
-        })
+        Ok((
+            machine.take_trace(),
+            machine.controller.counts(),
+            machine.starved(),
+            start,
+        ))
+    })?;
+    let poses = plan.map(|(_, plan, _)| RunPoses { plan, start });
+    Ok(Outcome {
+        trace,
+        counts,
+        starved,
+        poses,
+        made,
     })
 }
 
@@ -93,7 +121,7 @@ fn run_task(
         (Task::Path(path), _) => path::run(job, path, machine, progress)?,
         (Task::Counts(counts), _) => run_counts(job, counts, machine, progress)?,
         (_, Some((drill, cycle))) => drill::run(job, drill, cycle, machine, progress)?,
-        (Task::DrillPoint(_) | Task::Poses(_), None) => {}
+        (_, None) => {}
     }
     Ok(())
 }

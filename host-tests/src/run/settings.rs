@@ -1,6 +1,6 @@
 //! What a job says of its machine -> the machine's settings, each under its number.
 
-use crate::job::{AxisLimits, Contour, Job, JobError, Task};
+use crate::job::{AxisLimits, Contour, Job, JobError, PosesJob, Task};
 use crate::machine::TICK_HZ;
 use crate::poses::Plan;
 use crate::trace::seconds;
@@ -10,11 +10,11 @@ use hexstep::stepper::StepMode;
 /// A number of the machine's table, a value, and the key of the job that it comes from.
 type Value = (u16, f32, String);
 
-/// The settings of the machine that a job describes; `plan` is what its poses became.
+/// The settings of the machine that a job describes; `plan` are its poses and what they became.
 ///
 /// # Errors
 /// `OutOfRange` at the key whose value the machine does not take.
-pub fn settings(job: &Job, plan: Option<&Plan>) -> Result<Settings, JobError> {
+pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings, JobError> {
     let mut settings = Settings::default();
     let mut values = driver_values(job);
     match &job.task {
@@ -23,13 +23,14 @@ pub fn settings(job: &Job, plan: Option<&Plan>) -> Result<Settings, JobError> {
             values.extend(axis_values(&path.axes));
             values.extend(contour_values(&path.contour, "path"));
         }
-        Task::Poses(poses) => {
-            if let Some(plan) = plan {
+        Task::Poses(_) | Task::Surface(_) | Task::Precession(_) => {
+            if let Some((poses, plan)) = plan {
                 let (axes, contour) = super::poses::limits(poses, plan);
                 values.extend(axis_values(&axes));
                 values.extend(contour_values(&contour, "path"));
             }
         }
+        Task::Mirror(_) => {}
         // A line of counts knows no unit and no limit but those of its own.
         Task::Counts(_) => {
             let free = AxisLimits {

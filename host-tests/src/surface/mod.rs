@@ -25,8 +25,8 @@ mod stations;
 
 pub use error::{Place, SurfaceError};
 pub use front::{Row, Rows};
-pub use job::{Job, StepMode, Strategy};
+pub use job::{Job, MAX_ROWS, StepMode, Strategy};
 pub use part::{Part, dune};
 pub use plan::{Plan, Point, Segment};
 pub use poses::{ToolPoint, poses};
-pub use residual::{Gap, PathRow, Residual, gaps, residual};
+pub use residual::{Gap, PathRow, Residual, gaps, residual, residual_of_gaps};

@@ -76,13 +76,7 @@ pub fn residual(
     rows: &[PathRow],
     stations: usize,
 ) -> Result<Residual, SurfaceError> {
-    let simulation = Simulation::new(part, job, rows)?;
-    let mut gaps = Vec::new();
-    let mut edges = Edges::default();
-    for u in station_list(part, stations) {
-        simulation.station(u, &mut gaps, &mut edges)?;
-    }
-    summary(&gaps, &edges)
+    residual_of_gaps(part, job, rows, stations).map(|(residual, _)| residual)
 }
 
 /// Every gap that [`residual`] sums up, for maps and histograms.
@@ -98,6 +92,22 @@ pub fn gaps(
         simulation.station(u, &mut gaps, &mut Edges::default())?;
     }
     Ok(gaps)
+}
+
+/// Both at once.
+pub fn residual_of_gaps(
+    part: &Part,
+    job: &Job,
+    rows: &[PathRow],
+    stations: usize,
+) -> Result<(Residual, Vec<Gap>), SurfaceError> {
+    let simulation = Simulation::new(part, job, rows)?;
+    let mut gaps = Vec::new();
+    let mut edges = Edges::default();
+    for u in station_list(part, stations) {
+        simulation.station(u, &mut gaps, &mut edges)?;
+    }
+    Ok((summary(&gaps, &edges)?, gaps))
 }
 
 fn station_list(part: &Part, stations: usize) -> impl Iterator<Item = f64> {

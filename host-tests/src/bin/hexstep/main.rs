@@ -33,13 +33,18 @@ enum Command {
 #[derive(clap::Args)]
 struct Run {
     /// A job file, or the name of a delivered job (see `hexstep list`)
-    job: String,
-    /// Folder for the results [default: target/hexstep/JOB]
+    #[arg(required_unless_present = "all", conflicts_with = "all")]
+    job: Option<String>,
+    /// Run every delivered job, and write index.html with a card for each
+    #[arg(long)]
+    all: bool,
+    /// Folder for the results [default: target/hexstep/JOB, with --all target/hexstep]
     #[arg(long, value_name = "DIR")]
     out: Option<std::path::PathBuf>,
     /// How much of the job trace.vcd and trace.csv hold: its first 4 million steps, all, or no such files
-    #[arg(long, value_enum, default_value = "start")]
-    trace: ExtentName,
+    /// [default: start, with --all none]
+    #[arg(long, value_enum)]
+    trace: Option<ExtentName>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -65,6 +70,7 @@ struct Calc {
 const EXAMPLES: &str = r#"Examples:
   hexstep                                  grind the delivered drill point
   hexstep list                             show the delivered jobs
+  hexstep run --all                        run them all, and write a page that shows them
   hexstep run counts                       run lines of step counts
   hexstep run my-drill.toml --out results  run a job of your own
   hexstep calc --list                      show every calculator
@@ -74,6 +80,7 @@ const RUN_EXAMPLES: &str = r#"Exit status: 0 all motors where they should be; 1 
 
 Examples:
   hexstep run drill-point
+  hexstep run --all
   hexstep run host-tests/jobs/counts.toml
   hexstep run my-drill.toml --out results --trace none"#;
 
@@ -90,15 +97,22 @@ Examples:
 fn main() -> ExitCode {
     let status = match Arguments::parse().command {
         None => jobs::run(&jobs::Request::default()),
-        Some(Command::Run(arguments)) => jobs::run(&jobs::Request {
-            job: Some(arguments.job),
-            out: arguments.out,
-            extent: match arguments.trace {
-                ExtentName::Start => Extent::Start,
-                ExtentName::All => Extent::All,
-                ExtentName::None => Extent::Nothing,
-            },
-        }),
+        Some(Command::Run(arguments)) => {
+            let request = jobs::Request {
+                job: arguments.job,
+                out: arguments.out,
+                extent: arguments.trace.map(|extent| match extent {
+                    ExtentName::Start => Extent::Start,
+                    ExtentName::All => Extent::All,
+                    ExtentName::None => Extent::Nothing,
+                }),
+            };
+            if arguments.all {
+                jobs::run_all(&request)
+            } else {
+                jobs::run(&request)
+            }
+        }
         Some(Command::List) => jobs::list(),
         Some(Command::Calc(arguments)) => run_calc(arguments),
     };

@@ -7,7 +7,7 @@ use crate::calc::machine::{Machine, fixed, non_finite};
 use crate::calc::request::read;
 use crate::calc::schema::{NUMBERS, VECTOR};
 use crate::calc::{Answer, Fault, Field, Function, Kind, Length, Request};
-use crate::mirror::{Simulation, SimulationError, Walls, mean, sample_sigma};
+use crate::mirror::{Panel, Simulation, SimulationError, Walls, mean, sample_sigma};
 use hexstep::cycles::mirror_trim::{BadLimit, Flags, Parameters, Trimmer};
 use hexstep::joints::Joints;
 use hexstep::machines::two_sided::{Pair, PairError};
@@ -191,7 +191,6 @@ fn simulate(request: &Request) -> Result<Answer, Fault> {
         seed,
         d: request.number("d"),
         force: request.number("force"),
-        peak: request.number("peak"),
         noise: request.number("noise"),
         gauge: request.number("gauge"),
         feed: request.number("feed"),
@@ -199,13 +198,18 @@ fn simulate(request: &Request) -> Result<Answer, Fault> {
         tau: request.number("tau"),
         amount: request.number("amount"),
         rate: request.number("rate"),
+        panel: Panel {
+            peak: request.number("peak"),
+            ..Panel::default()
+        },
+        ..Simulation::default()
     };
     let outcome = simulation.run().map_err(|error| match error {
         SimulationError::BadWall => {
             Fault::new("BadWall", "d must be a finite wall above 0 mm").field("d")
         }
         SimulationError::BadLimit(name) => bad_limit(name),
-        SimulationError::NonFinite(name) => non_finite(name),
+        SimulationError::NonFinite(name) | SimulationError::BadPanel(name) => non_finite(name),
         SimulationError::BadRow => Fault::new(
             "BadLimit",
             "a row of 900 mm must take from 100 to 10 million ticks; change feed or dt",

@@ -668,7 +668,7 @@ fn the_first_ten_points_of_the_frustum_make_the_pulses_of_the_host_tick_for_tick
         panic!("a job with poses")
     };
     let plan = Plan::of(&job, poses).unwrap();
-    let settings = run::settings(&job, Some(&plan)).unwrap();
+    let settings = run::settings(&job, Some((poses, &plan))).unwrap();
     let rate = |number: u16| (110..116).contains(&number);
     let line = |(number, value): (u16, f32)| format!("${number}={value}");
     // What is to be fast later would be too fast with the steps of before.

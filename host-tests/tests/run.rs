@@ -228,10 +228,7 @@ fn the_delivered_jobs_are_listed_and_help_shows_examples() {
         "{list}"
     );
     for path in ["stop-to-stop", "circle", "trochoid"] {
-        assert!(
-            list.contains(&format!("host-tests/jobs/{path}.toml")),
-            "{list}"
-        );
+        assert!(list.lines().any(|line| line.starts_with(path)), "{list}");
     }
     assert!(
         help.contains("Examples:") && help.contains("hexstep run"),

@@ -121,8 +121,7 @@ pub struct Counters {
     pub samples: u32,
     /// Times that the path ran out and the joints came to rest.
     pub rests: u32,
-    /// Ramps that had to be more than a hundredth steeper than planned, after an override under way: rare, and within the
-    /// joints' limits where these leave more than the block's way of measuring them.
+    /// Ramps that had to be more than a hundredth steeper than planned: a handful in a day of overrides under way.
     pub squeezed: u32,
     /// Ramps down that an arriving block cut short.
     pub eased: u32,

@@ -223,13 +223,17 @@ fn the_delivered_jobs_are_listed_and_help_shows_examples() {
     let help = text(&folder.hexstep(&["--help"]).stdout);
     let run_help = text(&folder.hexstep(&["run", "--help"]).stdout);
 
-    assert!(
-        list.contains("drill-point") && list.contains("counts"),
-        "{list}"
-    );
-    for path in ["stop-to-stop", "circle", "trochoid"] {
-        assert!(list.lines().any(|line| line.starts_with(path)), "{list}");
+    for name in [
+        "drill-point",
+        "counts",
+        "dune-hard",
+        "precession-plane",
+        "mirror-panel",
+    ] {
+        let lines = list.lines().filter(|line| line.starts_with(name));
+        assert_eq!(lines.count(), 1, "{name} in\n{list}");
     }
+    assert!(list.lines().all(|line| line.len() > 40), "{list}");
     assert!(
         help.contains("Examples:") && help.contains("hexstep run"),
         "{help}"

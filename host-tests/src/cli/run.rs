@@ -19,7 +19,7 @@ pub struct Delivered {
     pub name: &'static str,
     /// Its file, seen from the root of the repository.
     pub file: &'static str,
-    text: &'static str,
+    pub text: &'static str,
 }
 
 macro_rules! delivered {
@@ -128,15 +128,22 @@ const FOLDER: &str = "target/hexstep";
 /// Runs every delivered job and writes a page that shows them all; returns the worst exit status. Waves and steps are
 /// written only when they are asked for.
 pub fn run_all(request: &Request) -> u8 {
+    run_each(request, DELIVERED)
+}
+
+/// The same with a list of one's own.
+pub fn run_each(request: &Request, jobs: &[Delivered]) -> u8 {
     let root = request.out.clone().unwrap_or_else(|| FOLDER.into());
     let (mut cards, mut status) = (Vec::new(), SOUND);
-    for (number, delivered) in (1..).zip(DELIVERED) {
+    for (number, delivered) in (1..).zip(jobs) {
         let bar = progress_bar();
         bar.set_prefix(format!("{number}/{} {} ", DELIVERED.len(), delivered.name));
         let start = Instant::now();
         let folder = root.join(delivered.name);
         let extent = request.extent.unwrap_or(Extent::Nothing);
-        let ran = load(Some(delivered.name)).and_then(|job| run_into(&job, &folder, extent, &bar));
+        let ran = delivered
+            .load()
+            .and_then(|job| run_into(&job, &folder, extent, &bar));
         bar.finish_and_clear();
         let mut card = Card {
             name: delivered.name.into(),
@@ -255,13 +262,43 @@ fn run_into(job: &Job, folder: &Path, extent: Extent, bar: &ProgressBar) -> Resu
 pub fn list() -> u8 {
     let mut text = String::new();
     for job in DELIVERED {
-        text.push_str(&format!("{:<18}{}\n", job.name, job.about()));
+        text.push_str(&format!(
+            "{:<18}{}\n",
+            job.name,
+            shortened(&job.about(), 100)
+        ));
     }
     say(&text);
     SOUND
 }
 
+/// At most so many characters, cut between words.
+fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.into();
+    }
+    let mut short = String::new();
+    for word in text.split(' ') {
+        if short.chars().count() + word.chars().count() + 3 > most {
+            break;
+        }
+        short.push_str(word);
+        short.push(' ');
+    }
+    format!("{}…", short.trim_end_matches([' ', ',', ':', ';']))
+}
+
 impl Delivered {
+    fn load(&self) -> Result<Job, JobError> {
+        let path = Path::new(self.file);
+        // A copy in the folder where we are comes before the one built in: it may have been edited.
+        if path.is_file() {
+            Job::load(path)
+        } else {
+            Job::parse(self.file, self.name, self.text.as_bytes())
+        }
+    }
+
     /// The first sentence of the comment at the head of its file.
     pub fn about(&self) -> String {
         let lines = self.text.lines().map_while(|line| line.strip_prefix("# "));
@@ -275,16 +312,9 @@ impl Delivered {
 fn load(name: Option<&str>) -> Result<Job, JobError> {
     let first = DELIVERED.first().filter(|_| name.is_none());
     let by_name = DELIVERED.iter().find(|job| Some(job.name) == name);
-    let path = match (name, first) {
-        (Some(name), _) => Path::new(name),
-        (None, Some(first)) => Path::new(first.file),
-        (None, None) => Path::new(""),
-    };
+    let path = Path::new(name.unwrap_or_default());
     match first.or(by_name) {
-        // A copy in the folder where we are comes before the one built in: it may have been edited.
-        Some(delivered) if !path.is_file() => {
-            Job::parse(delivered.file, delivered.name, delivered.text.as_bytes())
-        }
+        Some(delivered) if !path.is_file() => delivered.load(),
         _ => Job::load(path),
     }
 }

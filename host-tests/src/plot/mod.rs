@@ -107,7 +107,7 @@ impl Canvas {
 
     fn rectangle(&mut self, at: (f64, f64), size: (f64, f64), fill: &str) {
         self.put(format_args!(
-            r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" fill="{fill}"/>"#,
+            r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{:.1}" fill="{fill}" shape-rendering="crispEdges"/>"#,
             at.0, at.1, size.0, size.1
         ));
     }

@@ -127,7 +127,20 @@ fn tool_points(
         tool,
         surface.zigzag,
     );
-    points.map_err(|error| surface.refuse(job, &error))
+    let mut points = points.map_err(|error| surface.refuse(job, &error))?;
+    if is_backwards(surface, segment.row) {
+        // The axle stays as it is: half a turn about the tool's z axis, which the flange shares.
+        for point in &mut points {
+            for rotation in [&mut point.tool.rotation, &mut point.flange.rotation] {
+                (rotation.n, rotation.s) = (-rotation.n, -rotation.s);
+            }
+        }
+    }
+    Ok(points)
+}
+
+fn is_backwards(surface: &SurfaceJob, row: usize) -> bool {
+    surface.zigzag && row % 2 == 1
 }
 
 /// Joints for every row of the plan, each in one branch.
@@ -199,7 +212,7 @@ fn path(
     };
     let mut above: Option<(Vector<f64>, [f64; 2])> = None;
     for number in first..=last {
-        let backwards = surface.zigzag && number % 2 == 1;
+        let backwards = is_backwards(surface, number);
         let mut segments: Vec<&Segment> =
             plan.segments.iter().filter(|s| s.row == number).collect();
         if backwards {
@@ -208,12 +221,11 @@ fn path(
         for segment in segments {
             let points = tool_points(job, surface, segment)?;
             let row = |point: &ToolPoint, lift: f64, pace: Pace| {
-                let across = point.tool.rotation.n;
                 let up = -point.tool.rotation.a;
                 PoseRow {
                     tip: (point.tool.p + up * lift).to_array(),
                     axis: up.to_array(),
-                    across: Some(if backwards { -across } else { across }.to_array()),
+                    across: Some(point.tool.rotation.n.to_array()),
                     pace,
                 }
             };

@@ -97,6 +97,16 @@ impl<'a> PrecessionFigures<'a> {
         )
     }
 
+    fn told_tilt(&self) -> Cell {
+        let off = self.made.tilt_error(self.precession.parameters.theta);
+        let text = format!("off by at most {off:.1e}° from the one asked for");
+        if self.keeps_tilt() {
+            text.into()
+        } else {
+            Cell::Judged(text, false)
+        }
+    }
+
     fn told_spot(&self) -> String {
         let p = &self.precession.parameters;
         let rho = p.bonnet_radius - p.inward;
@@ -130,16 +140,7 @@ impl<'a> PrecessionFigures<'a> {
             ("Poses", self.told_poses().into()),
             ("Far point", self.told_far().into()),
             ("Spot", self.told_spot().into()),
-            (
-                "Tilt",
-                Cell::Judged(
-                    format!(
-                        "off by at most {:.1e}°",
-                        self.made.tilt_error(self.precession.parameters.theta)
-                    ),
-                    self.keeps_tilt(),
-                ),
-            ),
+            ("Tilt", self.told_tilt()),
         ]);
         self.swept_section(&mut report);
         self.axis_section(&mut report);
@@ -182,7 +183,7 @@ impl<'a> PrecessionFigures<'a> {
             width: 1.2,
             ..Pen::EDGE
         };
-        let every = (stances.len() / 240).max(1);
+        let every = (stances.len() / 110).max(1);
         let mut space = Space::of(all());
         for s in stances.iter().step_by(every) {
             space.path([s.centre.to_array(), s.far.to_array()], strip);
@@ -194,9 +195,9 @@ impl<'a> PrecessionFigures<'a> {
         space.path(stances.iter().map(|s| s.centre.to_array()), centre);
         space.path(stances.iter().map(|s| s.far.to_array()), far);
         report.figure(
-            &space.svg("Curves A and C and the surface B between them, isometric"),
+            &space.svg("Swept space, isometric"),
             "Blue, C: the centre of the ball. Orange, A: the far point on its axis. Grey, B: the axis from one to the other, pose \
-             by pose. Dashed: the path on the surface. The paper's Fig. 5.",
+             by pose. Dashed: the path on the surface. The paper's figure 5.",
         );
 
         let flat = |v: [f64; 3]| (v[0], v[1]);
@@ -209,7 +210,7 @@ impl<'a> PrecessionFigures<'a> {
         }
         let (wide, high) = (hi[0] - lo[0], (hi[1] - lo[1]).max(1e-9));
         let width = (460.0 * wide / high).clamp(320.0, 860.0);
-        let mut drawing = Drawing::new("From above: x across, y up", width);
+        let mut drawing = Drawing::new("Swept space from above: x across, y up", width);
         for s in stances.iter().step_by(every) {
             let ends = [flat(s.centre.to_array()), flat(s.far.to_array())];
             drawing = drawing.line(ends, strip);

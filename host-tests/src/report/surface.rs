@@ -205,7 +205,7 @@ impl<'a> SurfaceFigures<'a> {
         report.figure(
             &space.svg("The surface, isometric"),
             &format!(
-                "Blue: every {every}. of the {} rows, cut off where they leave the part. Orange: rows {first} to {last}, which became pulses. \
+                "Blue: one in {every} of the {} rows, cut off where they leave the part. Orange: rows {first} to {last}, which became pulses. \
                  Rows stand closer where the part bulges, since the stripe of the wheel is narrower there.",
                 plan.rows
             ),
@@ -242,10 +242,15 @@ impl<'a> SurfaceFigures<'a> {
             let height = gap.height * 1e3;
             values[place] = Some(values[place].map_or(height, |held| held.max(height)));
         }
-        // Where rows are wider apart than cells, what lies between belongs to the cell below.
+        // Where rows are wider apart than cells, what lies between belongs to the cell below, or above.
         for place in columns..values.len() {
             if values[place].is_none() {
                 values[place] = values[place - columns];
+            }
+        }
+        for place in (0..values.len().saturating_sub(columns)).rev() {
+            if values[place].is_none() {
+                values[place] = values[place + columns];
             }
         }
         Map::new(title, "u", "v")

@@ -1,0 +1,243 @@
+//! Every row of the validation tables that a job file can break, by its name, at its key and line.
+
+use crate::common::{adding, parse, with};
+
+const SOFT: &str = include_str!("../../jobs/dune-soft.toml");
+const SHELL: &str = include_str!("../../jobs/shell-soft.toml");
+const PLANE: &str = include_str!("../../jobs/precession-plane.toml");
+const PANEL: &str = include_str!("../../jobs/mirror-panel.toml");
+
+/// The text with this line in this table, in the place of the one that sets the same key.
+#[track_caller]
+fn changed(text: &str, table: &str, line: &str) -> String {
+    let key = line.split(['=', ' ']).next().expect("a key");
+    let sets = |l: &str| {
+        l.strip_prefix(key)
+            .is_some_and(|rest| rest.trim_start().starts_with('='))
+    };
+    if text.lines().any(sets) {
+        with(text, key, line)
+    } else {
+        adding(text, table, line)
+    }
+}
+
+/// Reading the job is refused by this name at this key, on the line that was put in.
+#[track_caller]
+fn refused(text: &str, table: &str, line: &str, name: &str, key: &str) {
+    let text = changed(text, table, line);
+
+    let error = parse(&text).map(|job| job.name).expect_err(line);
+
+    assert_eq!(
+        (error.name, error.key.as_deref()),
+        (name, Some(key)),
+        "{line}: {error}"
+    );
+    let place = error.place.unwrap_or_else(|| panic!("{line}: no place"));
+    let first = 1 + text
+        .lines()
+        .position(|l| line.starts_with(l))
+        .expect("the line");
+    let last = first + line.lines().count();
+    assert!((first..=last).contains(&place.line), "{line}: {error}");
+    assert!(error.detail.len() > 15, "{error}");
+    let told = error.to_string();
+    assert!(
+        told.starts_with(&format!("jobs/some.toml:{}:", place.line)),
+        "{told}"
+    );
+}
+
+#[test]
+fn every_row_of_the_table_of_precession() {
+    for (line, name) in [
+        ("theta = -1", "BadTilt"),
+        ("theta = 85.1", "BadTilt"),
+        ("theta = nan", "BadTilt"),
+        ("bonnet_radius = 0", "BadBonnet"),
+        ("inward = 40", "BadBonnet"),
+        ("inward = -0.1", "BadBonnet"),
+        ("feed = 0", "BadFeedRate"),
+        ("feed = inf", "BadFeedRate"),
+        ("rate = nan", "BadRate"),
+        ("eps = 0", "BadLimit"),
+        ("dpsi = -1", "BadLimit"),
+        ("dt_max = 0", "BadLimit"),
+        ("w_rot = 0", "BadLimit"),
+        ("ell = -1", "BadLimit"),
+        ("alpha0 = nan", "NonFinite"),
+        ("ref = [1, inf, 0]", "NonFinite"),
+        ("ell_sign = 2", "BadLimit"),
+    ] {
+        let field = line.split(' ').next().unwrap();
+        let key = match field {
+            "inward" => "polishing.bonnet_radius".into(),
+            field => format!("polishing.{field}"),
+        };
+        if field == "inward" {
+            // The radius is told of both.
+            let text = changed(PLANE, "polishing", line);
+            let error = parse(&text).map(|job| job.name).expect_err(line);
+            assert_eq!(
+                (error.name, error.key.as_deref()),
+                (name, Some(key.as_str()))
+            );
+            continue;
+        }
+        refused(PLANE, "polishing", line, name, &key);
+    }
+    for (line, name, key) in [
+        ("points = []\nnormals = []", "BadPath", "path.points"),
+        ("points = [[0, 0, 0]]", "BadPath", "path.points"),
+        (
+            "normals = [[0, 0, 1], [0, 0, 0]]",
+            "BadNormal",
+            "path.normals[1]",
+        ),
+        (
+            "normals = [[0, 0, 1], [0, 0, nan]]",
+            "BadNormal",
+            "path.normals[1]",
+        ),
+        (
+            "normals = [[0, 0, 1], [0, 0, -1]]",
+            "AntiParallel",
+            "path.normals[1]",
+        ),
+        (
+            "points = [[0, 0, 0], [nan, 0, 0]]",
+            "NonFinite",
+            "path.points[1]",
+        ),
+    ] {
+        let mut text = PLANE.to_string();
+        if line.contains('\n') {
+            text = text.replace("normals = [[0, 0, 1], [0, 0, 1]]\n", "");
+        }
+        refused(&text, "path", line, name, key);
+    }
+    let pitch = PLANE.replace("rate = 30", "pitch = 0");
+    assert_eq!(
+        parse(&pitch).map(|job| job.name).expect_err("pitch").name,
+        "BadPitch"
+    );
+    let single = with(PLANE, "normals", "normals = [[0, 0, 1]]");
+    let single = with(&single, "points", "points = [[0, 0, 0]]");
+    let error = parse(&single).map(|job| job.name).expect_err("no dwell");
+    assert_eq!(
+        (error.name, error.key.as_deref()),
+        ("BadDwell", Some("polishing.dwell"))
+    );
+}
+
+#[test]
+fn every_row_of_the_table_of_surface_grinding() {
+    for (line, name) in [
+        ("e1 = 0", "BadMaterial"),
+        ("nu2 = 0.6", "BadMaterial"),
+        ("e2 = nan", "BadMaterial"),
+        ("force = 0", "BadParameter"),
+        ("k = -1", "BadParameter"),
+        ("rpm = 0", "BadParameter"),
+        ("feed = inf", "BadParameter"),
+        ("scallop = 0", "BadParameter"),
+        ("eps = 0", "BadParameter"),
+        ("l_max = nan", "BadParameter"),
+        ("turn = 0", "BadParameter"),
+        ("r_rim = 0", "BadParameter"),
+        ("r_crown = -1", "BadParameter"),
+        ("e_gap = 0", "BadParameter"),
+        ("margin = 1", "BadParameter"),
+        ("sense = 2", "BadParameter"),
+        ("model = \"sum\"", "BadParameter"),
+        ("depth_mode = \"deep\"", "BadParameter"),
+        ("strategy = \"zigzag\"", "BadParameter"),
+        ("step_mode = \"all\"", "BadParameter"),
+        ("nodes = 4", "BadParameter"),
+        ("seed = 1.5", "BadParameter"),
+        ("seed = nan", "BadParameter"),
+    ] {
+        let key = format!("grinding.{}", line.split(' ').next().unwrap());
+        // "feed" and "eps" stand in this table alone.
+        refused(SOFT, "grinding", line, name, &key);
+    }
+    for (line, name, key) in [
+        ("degree = [6, 3]", "BadDegree", "surface.degree"),
+        ("degree = [3, 0]", "BadDegree", "surface.degree"),
+        (
+            "knots_u = [0, 0, 0, 0, 0.25, 0.5, 0.4, 1, 1, 1, 1]",
+            "BadKnots",
+            "surface.knots_u",
+        ),
+        (
+            "knots_v = [0, 0, 0, 0, 0.3, 0.3, 1, 1, 1]",
+            "BadKnots",
+            "surface.knots_v",
+        ),
+        (
+            "knots_u = [0, 0, 0, 0, 0.25, nan, 0.75, 1, 1, 1, 1]",
+            "BadKnots",
+            "surface.knots_u",
+        ),
+        ("weights = [[1, 0]]", "BadWeight", "surface.weights"),
+    ] {
+        refused(SHELL, "surface", line, name, key);
+    }
+    let holed = SHELL.replacen("], [160,", "], [nan,", 1);
+    let short = SHELL.replacen("    [[0, 0, ", "    [[1, 1, 1], [0, 0, ", 1);
+    for text in [holed, short] {
+        let error = parse(&text).map(|job| job.name).expect_err("a net");
+        assert_eq!(
+            (error.name, error.key.as_deref()),
+            ("BadNet", Some("surface.points"))
+        );
+    }
+    let flat = parse(&changed(SOFT, "grinding", "wheel = 3")).map(|job| job.name);
+    assert_eq!(flat.expect_err("no such key").name, "UnknownField");
+    let head = with(SOFT, "model", "model = \"head_ca\"");
+    assert!(parse(&head).is_err(), "a wheel needs six joints");
+}
+
+#[test]
+fn every_row_of_the_table_of_mirror_milling_that_a_job_has() {
+    for (line, name, key) in [
+        ("d = 0", "BadWall", "simulation.d"),
+        ("d = nan", "BadWall", "simulation.d"),
+        ("dt = 0", "BadLimit", "simulation.dt"),
+        ("tau = [0.2, 0]", "BadLimit", "simulation.tau[1]"),
+        ("rate = -1", "BadLimit", "simulation.rate"),
+        ("amount = nan", "BadLimit", "simulation.amount"),
+        ("gate = 0", "BadLimit", "simulation.gate"),
+        ("feed = 0", "BadLimit", "simulation.feed"),
+        ("noise = inf", "NonFinite", "simulation.noise"),
+        ("force = nan", "NonFinite", "simulation.force"),
+        ("tau = []", "OutOfRange", "simulation.tau"),
+        ("feed = 1e-5", "BadLimit", "simulation.dt"),
+    ] {
+        if line == "feed = 1e-5" {
+            let text = changed(PANEL, "simulation", line);
+            let error = parse(&text).map(|job| job.name).expect_err(line);
+            assert_eq!((error.name, error.key.as_deref()), (name, Some(key)));
+            continue;
+        }
+        refused(PANEL, "simulation", line, name, key);
+    }
+    for (line, name, key) in [
+        ("peak = nan", "NonFinite", "panel.peak"),
+        ("length = 0", "BadPanel", "panel.length"),
+        ("rows = [-200, 400]", "BadPanel", "panel.rows"),
+        ("places = []", "BadPanel", "panel.places"),
+        ("start = 600", "BadPanel", "panel.start"),
+    ] {
+        refused(PANEL, "panel", line, name, key);
+    }
+    let text = format!("{PANEL}\n[machine]\nmodel = \"arm\"\n");
+    assert_eq!(
+        parse(&text)
+            .map(|job| job.name)
+            .expect_err("no motion")
+            .name,
+        "UnknownField"
+    );
+}

@@ -238,6 +238,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             if line.feed(&mut self.segmenter, &mut self.segments) {
                 self.job = Job::None;
                 self.planner.reset(self.segmenter.counts());
+                self.restart_trims();
             }
         } else {
             while self.segments.len() < LEAD {
@@ -281,6 +282,10 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             self.act(action);
         }
         let sample = self.planner.next();
+        // Not at rest: a sensor's noise would never let the motors come to it.
+        if sample.is_some() && self.planner.is_on_its_way() {
+            self.tick_trims();
+        }
         let held = self.planner.is_held();
         if let Job::Stream { begun, .. } = &mut self.job {
             *begun = sample.is_some() || *begun && held;
@@ -396,6 +401,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         }
         let reset = core::mem::take(&mut self.resetting);
         if reset {
+            self.absorb_trims();
             self.banner();
         }
         ended || reset

@@ -25,6 +25,9 @@ use crate::settings::LETTERS;
 /// Joints of a side.
 const SIDE: usize = 4;
 
+/// Room that what is said unasked needs.
+const ANSWER: usize = 160;
+
 /// One fine step of a trim: 1 um or 0.001 deg.
 const FINE: f32 = 0.001;
 
@@ -71,6 +74,9 @@ impl<const N: usize> Trims<N> {
 impl<B: Board, const N: usize> Controller<'_, B, N> {
     /// What the operator's bytes ask for.
     pub(super) fn serve_trims(&mut self) -> bool {
+        if self.answers.room() < ANSWER {
+            return false;
+        }
         let freeze = self.flags.take(RealTime::TRIM_FREEZE);
         let zero = self.flags.take(RealTime::TRIM_ZERO);
         let touched = self.flags.take(RealTime::TRIM);
@@ -89,7 +95,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         for motor in 0..N {
             let steps = self.flags.take_trim(motor);
             // A stream's offsets are its own.
-            if steps != 0 && self.trims.stream.is_none() {
+            if steps != 0 && self.trims.stream.is_none() && self.settings.trim_share() > 0.0 {
                 let before = self.trims.asked.get(motor).copied().unwrap_or_default();
                 let most = self.most_trim(motor);
                 let wanted = (before + steps as f32 * FINE).clamp(-most, most);
@@ -227,8 +233,8 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         let (_, normal) = stream.pair.mill().forward(&mill);
         let trim = stream.pair.trim(normal, out, (&mill, &support)).ok();
         let faulty = stream.trimmer.is_faulty() || trim.is_none();
-        let says = faulty && !stream.said;
-        stream.said |= faulty;
+        let says = faulty && !stream.said && self.answers.room() >= ANSWER;
+        stream.said |= says;
         if let Some(trim) = trim {
             for (motor, value) in trim.mill.0.iter().chain(&trim.support.0).enumerate() {
                 let steps = scale.get(motor).map_or(0.0, |scale| *value * scale);
@@ -330,10 +336,6 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
     }
 
     fn say_trim(&mut self, motor: usize) {
-        // An unasked line that finds no room is not said.
-        if self.answers.room() < 64 {
-            return;
-        }
         let value = self.trims.asked.get(motor).copied().unwrap_or_default();
         let sign = if value >= 0.0 { "+" } else { "" };
         self.answers.line(format_args!(

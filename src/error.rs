@@ -17,6 +17,7 @@ pub enum Error {
     Unsupported = 20,
     InvalidTarget = 33,
     ValueRange = 52,
+    Unavailable = 53,
     SystemLocked = 56,
 }
 

@@ -1,6 +1,7 @@
 //! Lines -> what is to be done, and their answers.
 
 use super::answers::LONGEST_ANSWER;
+use super::trims::Follow;
 use super::{Controller, Job, StreamError};
 use crate::board::Board;
 use crate::error::Error;
@@ -57,7 +58,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             Command::Nothing => {}
             Command::Help => {
                 self.answers.line(format_args!(
-                    "[HLP:$$ $n=v $I $X $STAT $SEG= $MOVE= $CUE= $DRILL $DRILL= $DRILL=RUN ? ! ~ ctrl-x]"
+                    "[HLP:$$ $n=v $I $X $STAT $SEG= $MOVE= $CUE= $TRIM $TRIM= $DRILL $DRILL= $DRILL=RUN ? ! ~ ctrl-x]"
                 ));
             }
             Command::Settings => {
@@ -124,6 +125,22 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                 }
                 self.end_stream();
             }
+            Command::TrimShow => self.list_trims(),
+            Command::TrimZero => self.remove_trims(),
+            Command::Trim { motor, value } => self.trim(motor, value)?,
+            Command::TrimOn {
+                period,
+                numbers: [tau, amount, rate, gate],
+                misses,
+            } => self.follow(Follow {
+                period,
+                tau,
+                amount,
+                rate,
+                gate,
+                miss_max: u32::try_from(misses).map_err(|_| Error::Negative)?,
+            })?,
+            Command::TrimOff => self.unfollow(),
             Command::Cue { at, action } => self.add_cue(Cue { at, action }).map_err(|error| {
                 let expected = match error {
                     CueError::Full => format_args!("at most 16 cues"),

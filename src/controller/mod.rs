@@ -15,6 +15,7 @@ mod answers;
 mod lines;
 mod motion;
 mod real_time;
+mod trims;
 
 pub use motion::{Probed, StreamError};
 
@@ -31,6 +32,7 @@ use crate::stepper::interpolator::Instant;
 use crate::stepper::{CountLine, SegmentSender, Segmenter, Shared};
 use answers::Answers;
 use heapless::Deque;
+use trims::Trims;
 
 /// What moves the motors.
 // The largest variant is the usual one, and there is one job at a time, not on the heap.
@@ -82,6 +84,7 @@ pub struct Controller<'a, B: Board, const N: usize = AXES> {
     /// A reset on its way: the banner comes when the motors rest on whole steps.
     resetting: bool,
     cues: Cues<N>,
+    trims: Trims<N>,
     probed: Option<Probed<N>>,
     /// The probe has touched; where is not known yet.
     touching: bool,
@@ -108,6 +111,8 @@ impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
         let settings = Settings::<N>::default();
         // The defaults are within their own ranges; a test holds them to it.
         planner.reset([0; N]);
+        // At most eight, as the settings have it.
+        flags.set_motors(N as u8);
         planner.set_limits(settings.limits(B::TICK_HZ).unwrap_or_default());
         Self {
             board,
@@ -127,6 +132,7 @@ impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
             stopping: None,
             resetting: false,
             cues: Cues::new(),
+            trims: Trims::new(),
             probed: None,
             touching: false,
             overrides: (100, 100),

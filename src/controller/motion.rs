@@ -239,6 +239,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             if line.feed(&mut self.segmenter, &mut self.segments) {
                 self.job = Job::None;
                 self.planner.reset(self.segmenter.counts());
+                self.restart_trims();
             }
         } else {
             while self.lead() < LEAD {
@@ -300,6 +301,10 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             self.act(action);
         }
         let sample = self.planner.next();
+        // Not at rest: a sensor's noise would never let the motors come to it.
+        if sample.is_some() && self.planner.is_on_its_way() {
+            self.tick_trims();
+        }
         let held = self.planner.is_held();
         if let Job::Stream { begun, .. } = &mut self.job {
             *begun = sample.is_some() || *begun && held;
@@ -415,6 +420,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         }
         let reset = core::mem::take(&mut self.resetting);
         if reset {
+            self.absorb_trims();
             self.banner();
         }
         ended || reset

@@ -47,7 +47,8 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         if status {
             self.report_status();
         }
-        reset || touched || hold || cancel || resume || changed || status
+        let trimmed = self.serve_trims();
+        reset || trimmed || touched || hold || cancel || resume || changed || status
     }
 
     /// Feed hold: slows down on the path and waits there; a jog is dropped instead.
@@ -88,6 +89,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             self.planner.stop();
             self.resetting = true;
         } else {
+            self.absorb_trims();
             self.banner();
         }
     }
@@ -117,6 +119,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             return false;
         }
         self.planner.reset(self.segmenter.counts());
+        self.forget_trims();
         if let Some(alarm) = self.stopping.take() {
             self.raise(alarm);
         }

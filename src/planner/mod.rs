@@ -336,6 +336,11 @@ impl<const N: usize> Planner<N> {
         self.ring.is_full()
     }
 
+    /// Whether the path itself moves, trims left aside.
+    pub fn is_on_its_way(&self) -> bool {
+        !self.runner.is_resting()
+    }
+
     /// Where the path ends [steps], trim not included.
     pub fn end(&self) -> [i32; N] {
         self.tail
@@ -465,6 +470,21 @@ impl<const N: usize> Planner<N> {
             return 0;
         }
         self.trim.set(joint, steps)
+    }
+
+    /// Offset that a joint has, or is on its way to [steps].
+    pub fn trim(&self, joint: usize) -> i32 {
+        self.trim.target(joint)
+    }
+
+    /// Fastest change of a joint's offset [steps/s]; 0 without a share of its limits.
+    pub fn trim_rate(&self, joint: usize) -> f32 {
+        self.trim.rate(joint)
+    }
+
+    /// Offsets on their way end at the next whole step.
+    pub fn freeze_trims(&mut self) {
+        self.trim.freeze();
     }
 
     fn allow_trim(&mut self, share: f32, bound: [i32; N]) {

@@ -68,6 +68,26 @@ impl<const N: usize> Trim<N> {
         steps
     }
 
+    /// Offset of one joint to come [steps].
+    pub fn target(&self, joint: usize) -> i32 {
+        self.target.get(joint).map_or(0, |target| target >> 16)
+    }
+
+    /// Fastest change of one joint's offset [steps/s].
+    pub fn rate(&self, joint: usize) -> f32 {
+        self.rate
+            .get(joint)
+            .map_or(0.0, |rate| *rate as f32 * (1000.0 / 65_536.0))
+    }
+
+    /// Every offset ends at the whole step nearest to where its slope is.
+    pub fn freeze(&mut self) {
+        for (target, slope) in self.target.iter_mut().zip(&self.slope) {
+            *target = (*slope + (1 << 15)) >> 16 << 16;
+        }
+        self.settling = 2 * BOX as u16;
+    }
+
     pub fn is_settled(&self) -> bool {
         self.settling == 0
     }

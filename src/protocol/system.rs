@@ -4,7 +4,7 @@ use super::Line;
 use super::cue::Action;
 use crate::error::Error;
 use crate::program::words::{number, number64, whole};
-use crate::settings::AXES;
+use crate::settings::{AXES, LETTERS};
 use crate::stepper::Preset;
 
 /// What a line asks for.
@@ -35,6 +35,20 @@ pub enum Command<'a, const N: usize = AXES> {
         duration: f32,
     },
     MoveEnd,
+    TrimShow,
+    /// An offset [mm or deg].
+    Trim {
+        motor: usize,
+        value: f32,
+    },
+    TrimZero,
+    /// Readings trim: period [ms], tau [s], amount [mm], rate [mm/s], gate [mm], misses.
+    TrimOn {
+        period: i32,
+        numbers: [f32; 4],
+        misses: i32,
+    },
+    TrimOff,
     Cue {
         /// Milliseconds of the motion.
         at: u32,
@@ -58,6 +72,9 @@ pub fn parse<const N: usize>(line: &Line) -> Result<Command<'_, N>, Error> {
         "X" => Command::Unlock,
         "STAT" => Command::Counters,
         "DRILL" => Command::DrillShow,
+        "TRIM" => Command::TrimShow,
+        "TRIM=0" => Command::TrimZero,
+        "TRIM=OFF" => Command::TrimOff,
         "DRILL=RUN" => Command::DrillRun,
         "MOVE=END" => Command::MoveEnd,
         _ => {
@@ -67,6 +84,7 @@ pub fn parse<const N: usize>(line: &Line) -> Result<Command<'_, N>, Error> {
                 "SEG" => counts(value)?,
                 "MOVE" => target(value)?,
                 "CUE" => cue(value)?,
+                "TRIM" => trim(value)?,
                 _ => Command::Set {
                     number: whole(name)
                         .and_then(|n| u16::try_from(n).ok())
@@ -114,6 +132,36 @@ fn target<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
         None => Ok(Command::Move { steps, duration }),
         Some(_) => Err(Error::BadNumber),
     }
+}
+
+/// `Z0.05`, or `ON,period,tau,amount,rate,gate,misses`.
+fn trim<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
+    if let Some(words) = text.strip_prefix("ON,") {
+        let mut words = words.split(',');
+        let mut word = || words.next().ok_or(Error::BadNumber);
+        let period = whole(word()?).ok_or(Error::BadNumber)?;
+        let mut numbers = [0.0; 4];
+        for value in &mut numbers {
+            *value = number(word()?).ok_or(Error::BadNumber)?;
+        }
+        let misses = whole(word()?).ok_or(Error::BadNumber)?;
+        return match words.next() {
+            None => Ok(Command::TrimOn {
+                period,
+                numbers,
+                misses,
+            }),
+            Some(_) => Err(Error::BadNumber),
+        };
+    }
+    let mut rest = text.chars();
+    let motor = rest
+        .next()
+        .and_then(|letter| LETTERS.find(letter))
+        .filter(|motor| *motor < N)
+        .ok_or(Error::UnknownCommand)?;
+    let value = number(rest.as_str()).ok_or(Error::BadNumber)?;
+    Ok(Command::Trim { motor, value })
 }
 
 /// `ms,HOLD`, `RESUME`, `STOP`, `FEED,percent`, `RAPID,percent`, `TRIM,motor,steps`.

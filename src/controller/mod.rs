@@ -30,6 +30,7 @@ use crate::settings::{AXES, Settings};
 use crate::stepper::interpolator::Instant;
 use crate::stepper::{CountLine, SegmentSender, Segmenter, Shared};
 use answers::Answers;
+use heapless::Deque;
 
 /// What moves the motors.
 // The largest variant is the usual one, and there is one job at a time, not on the heap.
@@ -72,6 +73,8 @@ pub struct Controller<'a, B: Board> {
     segmenter: Segmenter<AXES>,
     segments: SegmentSender<'a, AXES>,
     shared: &'a Shared,
+    /// Number of the last segment of each millisecond in the queue.
+    ahead: Deque<u32, { motion::LEAD }>,
     alarm: Option<Alarm>,
     /// A stop on its way: the interrupt has been told.
     stopping: Option<Alarm>,
@@ -116,6 +119,7 @@ impl<'a, B: Board> Controller<'a, B> {
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),
             segments,
             shared,
+            ahead: Deque::new(),
             alarm: None,
             stopping: None,
             resetting: false,

@@ -100,6 +100,7 @@ impl<B: Board> Controller<'_, B> {
         self.planner.abort();
         self.job = Job::None;
         self.pending = None;
+        self.ahead.clear();
         self.cues.clear();
     }
 

@@ -24,6 +24,9 @@ pub struct PosesJob {
     /// How far the tip may leave the straight lines between the poses [mm], and the tool the turns [deg].
     pub tip_tolerance: f64,
     pub axis_tolerance: f64,
+    /// Of the solutions of a five-axis machine those with the least turning over the whole path, and not at every pose
+    /// the nearest.
+    pub chooses_best: bool,
     /// Joints near which those of the first pose are chosen [mm, deg].
     pub near: Vec<f64>,
     origin: Origin,
@@ -68,9 +71,14 @@ impl PosesJob {
     ) -> Result<Self, JobError> {
         let machine = PoseMachine::read(root, timing, places)?;
         let path = root.table("path")?;
-        path.known(&[MOTION, &["feed", "inverse_time", "poses", "file"]].concat())?;
+        path.known(&[MOTION, &["feed", "inverse_time", "choice", "poses", "file"]].concat())?;
         let is_arm = matches!(machine.model, Model::Arm { .. });
         let pace = default_pace(&path, places)?;
+        let chooses_best = path.has("choice") && path.word("choice", &["nearest", "best"])? == 1;
+        if chooses_best && !matches!(machine.model, Model::FiveAxis(_)) {
+            let detail = "only a five-axis machine chooses so; an arm keeps one branch, all others the nearest joints";
+            return Err(places.refuse("path.choice", "UnknownName", detail.into()));
+        }
         let motion = Motion::read(&path, machine.joints.len())?;
         let found = match (path.has("poses"), path.has("file")) {
             (true, false) => inline(&path, is_arm)?,
@@ -95,6 +103,7 @@ impl PosesJob {
             rows: Vec::with_capacity(found.numbers.len()),
             tip_tolerance: motion.tip_tolerance,
             axis_tolerance: motion.axis_tolerance,
+            chooses_best,
             near: motion.near,
             origin: found.origin,
         };
@@ -129,6 +138,7 @@ impl PosesJob {
             rows,
             tip_tolerance: motion.tip_tolerance,
             axis_tolerance: motion.axis_tolerance,
+            chooses_best: false,
             near: motion.near.clone(),
             origin: Origin::Made(key, told),
         }

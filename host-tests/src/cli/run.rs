@@ -137,7 +137,7 @@ pub fn run_each(request: &Request, jobs: &[Delivered]) -> u8 {
     let (mut cards, mut status) = (Vec::new(), SOUND);
     for (number, delivered) in (1..).zip(jobs) {
         let bar = progress_bar();
-        bar.set_prefix(format!("{number}/{} {} ", DELIVERED.len(), delivered.name));
+        bar.set_prefix(format!("{number}/{} {} ", jobs.len(), delivered.name));
         let start = Instant::now();
         let folder = root.join(delivered.name);
         let extent = request.extent.unwrap_or(Extent::Nothing);

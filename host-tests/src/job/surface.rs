@@ -29,6 +29,8 @@ pub struct SurfaceJob {
     pub grinding: surface::Job,
     /// Places along u at which the ground profile is simulated.
     pub stations: usize,
+    /// Whether the other strategies are planned and simulated as well.
+    pub compare: bool,
     pub machine: PoseMachine,
     pub motion: Motion,
     /// Rows that become pulses, first and last; `None` for two in the middle.
@@ -69,6 +71,7 @@ const GRINDING: &[&str] = &[
     "count",
     "step_mode",
     "stations",
+    "compare",
 ];
 
 impl SurfaceJob {
@@ -105,6 +108,7 @@ impl SurfaceJob {
             part,
             grinding,
             stations: table.whole_or("stations", 60, 2, 2000)? as usize,
+            compare: !table.has("compare") || table.flag("compare")?,
             motion: Motion::read(&path, machine.joints.len())?,
             machine,
             rows,
@@ -171,9 +175,10 @@ fn read_part(table: &Table<'_>, places: &Places) -> Result<(&'static str, Box<Pa
         points.clear();
     }
     let counts = [net.len(), width];
+    let mut fits = true;
     let weights = if table.has("weights") {
         let rows = table.lists("weights")?;
-        let fits = rows.len() == counts[0] && rows.iter().all(|row| row.len() == width);
+        fits = rows.len() == counts[0] && rows.iter().all(|row| row.len() == width);
         if fits {
             rows.concat()
         } else {
@@ -184,7 +189,14 @@ fn read_part(table: &Table<'_>, places: &Places) -> Result<(&'static str, Box<Pa
     };
     let (knots_u, knots_v) = (table.list("knots_u")?, table.list("knots_v")?);
     let part = Part::new(degree, counts, [&knots_u, &knots_v], &points, &weights);
-    Ok(("own", Box::new(part.map_err(refuse)?)))
+    let part = part.map_err(|error| {
+        let refused = refuse(error);
+        if fits || error.name() != "BadNet" {
+            return refused;
+        }
+        places.refuse("surface.weights", refused.name, refused.detail)
+    })?;
+    Ok(("own", Box::new(part)))
 }
 
 fn read_grinding(table: &Table<'_>, places: &Places) -> Result<surface::Job, JobError> {

@@ -64,7 +64,9 @@ impl SurfaceMade {
         let is_own = |other: &Strategy| {
             std::mem::discriminant(other) == std::mem::discriminant(&own.strategy)
         };
-        let others = others.into_iter().filter(|other| !is_own(other));
+        let others = others
+            .into_iter()
+            .filter(|other| surface.compare && !is_own(other));
         let baselines: Vec<_> = std::thread::scope(|scope| {
             let running: Vec<_> = others
                 .map(|strategy| scope.spawn(move || compare(surface, strategy)))

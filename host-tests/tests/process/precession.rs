@@ -85,8 +85,9 @@ fn the_cylinder_has_the_printed_poses_and_runs_nearly_in_the_time_of_the_process
     let last = made.stances.last().expect("poses");
     assert_eq!(made.stances.len(), 361);
     assert!(made.steps.iter().all(|steps| *steps == 30));
-    assert!((last.time - 62.811917806).abs() < 1e-9);
-    assert!((last.far.x - 233.119019828).abs() < 1e-9);
+    assert!((last.time - 62.811917806).abs() < 1e-7);
+    // The job gives nine decimals, a normal's last one is 2e-7 mm of the far point.
+    assert!((last.far.x - 233.119019828).abs() < 1e-6);
     assert!(made.largest_turn() < 5.0);
 
     let (job, outcome) = ran(CURVED);

@@ -11,12 +11,18 @@ const PANEL: &str = include_str!("../../jobs/mirror-panel.toml");
 #[track_caller]
 fn changed(text: &str, table: &str, line: &str) -> String {
     let key = line.split(['=', ' ']).next().expect("a key");
+    let head = text.find(&format!("[{table}]\n")).expect("the table");
+    let end = text[head + 1..]
+        .find("\n[")
+        .map_or(text.len(), |at| head + 1 + at);
     let sets = |l: &str| {
         l.strip_prefix(key)
             .is_some_and(|rest| rest.trim_start().starts_with('='))
     };
-    if text.lines().any(sets) {
-        with(text, key, line)
+    let own = &text[head..end];
+    if own.lines().any(sets) {
+        let own = with(own, key, line);
+        format!("{}{own}{}", &text[..head], &text[end..])
     } else {
         adding(text, table, line)
     }
@@ -37,7 +43,7 @@ fn refused(text: &str, table: &str, line: &str, name: &str, key: &str) {
     let place = error.place.unwrap_or_else(|| panic!("{line}: no place"));
     let first = 1 + text
         .lines()
-        .position(|l| line.starts_with(l))
+        .position(|l| Some(l) == line.lines().next())
         .expect("the line");
     let last = first + line.lines().count();
     assert!((first..=last).contains(&place.line), "{line}: {error}");
@@ -180,9 +186,14 @@ fn every_row_of_the_table_of_surface_grinding() {
             "BadKnots",
             "surface.knots_u",
         ),
-        ("weights = [[1, 0]]", "BadWeight", "surface.weights"),
+        ("weights = [[1, 1]]", "BadNet", "surface.weights"),
     ] {
         refused(SHELL, "surface", line, name, key);
+    }
+    for weight in ["0", "-1", "nan"] {
+        let rows = vec![format!("[{weight}, 1, 1, 1, 1, 1]"); 7].join(", ");
+        let line = format!("weights = [{rows}]");
+        refused(SHELL, "surface", &line, "BadWeight", "surface.weights");
     }
     let holed = SHELL.replacen("], [160,", "], [nan,", 1);
     let short = SHELL.replacen("    [[0, 0, ", "    [[1, 1, 1], [0, 0, ", 1);

@@ -15,6 +15,11 @@ fn coarse(text: &str, stations: usize) -> String {
     with(text, "stations", &format!("stations = {stations}"))
 }
 
+/// The same without the baselines.
+fn alone(text: &str, stations: usize) -> String {
+    with(&coarse(text, stations), "compare", "compare = false")
+}
+
 fn parts<'a>(job: &'a Job, outcome: &'a Outcome) -> (&'a SurfaceJob, &'a SurfaceMade) {
     let (Task::Surface(surface), Some(Made::Surface(made))) = (&job.task, &outcome.made) else {
         panic!("a surface job")
@@ -100,7 +105,7 @@ fn the_soft_job_leaves_what_the_table_says_and_its_rows_run_on_the_arm() {
 
 #[test]
 fn the_hard_job_keeps_the_bounds_and_two_of_its_rows_run_on_the_arm() {
-    let (job, outcome) = ran(&coarse(HARD, 24));
+    let (job, outcome) = ran(&alone(HARD, 12));
     let figures = figures(&job, &outcome);
 
     keeps_bounds(&figures.made.own);
@@ -119,14 +124,14 @@ fn a_second_surface_keeps_the_same_bounds_without_tuning() {
     assert_eq!(figures.surface.surface, "own");
     keeps_bounds(&figures.made.own);
     keeps_rows(&figures);
-    // It is no easy surface: straight rows of the same number leave more than was asked for.
+    // It is no easy surface: straight rows of the same number are far from even.
     let iso = of(figures.made, |s| matches!(s, Strategy::Iso(_)));
-    assert!(iso.residual.max > 0.040 && iso.residual.ratio() > 1.3);
+    assert!(iso.residual.ratio() > 1.5, "{:?}", iso.residual);
 }
 
 #[test]
 fn every_ground_pose_stands_square_on_the_part_with_its_axle_across_the_row() {
-    let (job, outcome) = ran(&coarse(SOFT, 2));
+    let (job, outcome) = ran(&alone(SOFT, 2));
     let (surface, made) = parts(&job, &outcome);
 
     let rows = &made.poses.rows;
@@ -157,7 +162,7 @@ fn every_ground_pose_stands_square_on_the_part_with_its_axle_across_the_row() {
 #[test]
 fn a_lift_that_does_not_clear_the_part_is_refused_with_its_height() {
     // Without a zigzag the wheel goes back over the whole part, 7 mm hill included.
-    let text = with(&coarse(SOFT, 2), "zigzag", "zigzag = false");
+    let text = with(&alone(SOFT, 2), "zigzag", "zigzag = false");
 
     let low = parse(&with(&text, "lift", "lift = 2")).expect("read");
     let error = run(&low, &mut |_, _| {}).expect_err("it would collide");
@@ -173,7 +178,7 @@ fn a_lift_that_does_not_clear_the_part_is_refused_with_its_height() {
 
 #[test]
 fn rows_that_the_plan_has_not_are_refused() {
-    let text = with(&coarse(SOFT, 2), "rows", "rows = [101, 103]");
+    let text = with(&alone(SOFT, 2), "rows", "rows = [101, 103]");
 
     let job = parse(&text).expect("read");
     let error = run(&job, &mut |_, _| {}).expect_err("rows 0 to 102");
@@ -189,7 +194,7 @@ fn rows_that_the_plan_has_not_are_refused() {
 #[test]
 fn a_part_out_of_reach_is_refused_with_a_reason_for_each_branch() {
     let text = with(
-        &coarse(SOFT, 2),
+        &alone(SOFT, 2),
         "work_origin",
         "work_origin = [900, 0, 300]",
     );
@@ -203,10 +208,9 @@ fn a_part_out_of_reach_is_refused_with_a_reason_for_each_branch() {
 
 #[test]
 fn a_plan_that_cannot_be_is_refused_by_the_name_of_the_process() {
-    let soft = coarse(SOFT, 2);
+    let soft = alone(SOFT, 2);
     for (line, name) in [
         ("seed = 0", "FrontFold"),
-        ("r_crown = 120", "NoHertzContact"),
         ("r_crown = \"flat\"", "NoHertzContact"),
         ("scallop = 0.2", "TooShallow"),
         ("strategy = \"iso\"\ncount = 1", "BadParameter"),

@@ -129,7 +129,7 @@ impl Histogram {
         for (x, name) in &self.limits {
             let px = x_pixel(*x);
             canvas.line((px, TOP), (px, bottom), LIMIT, 1.2, "6 4");
-            let (at, anchor) = if px > (LEFT + right) / 2.0 + 200.0 {
+            let (at, anchor) = if px > (LEFT + right) / 2.0 + 250.0 {
                 (px - 4.0, Anchor::End)
             } else {
                 (px + 4.0, Anchor::Start)

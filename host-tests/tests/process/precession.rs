@@ -1,6 +1,6 @@
 //! Continuous precession as a job: the counts and curves of section 8 of its specification, and the pulses.
 
-use crate::common::{ran, with};
+use crate::common::{parse, ran, with};
 use hexstep_host::job::{Job, PrecessionJob, Task};
 use hexstep_host::process::{Made, PrecessionMade};
 use hexstep_host::report::PrecessionFigures;
@@ -80,8 +80,10 @@ fn the_far_point_that_the_pulses_make_draws_the_trochoid() {
 
 #[test]
 fn the_cylinder_has_the_printed_poses_and_runs_nearly_in_the_time_of_the_process() {
-    let (job, outcome) = ran(&with(CURVED, "eps", "eps = 0.05"));
-    let (_, made) = parts(&job, &outcome);
+    let job = parse(&with(CURVED, "eps", "eps = 0.05")).expect("read");
+    let Ok(Some(Made::Precession(made))) = Made::of(&job) else {
+        panic!("a precession")
+    };
     let last = made.stances.last().expect("poses");
     assert_eq!(made.stances.len(), 361);
     assert!(made.steps.iter().all(|steps| *steps == 30));

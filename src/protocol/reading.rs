@@ -29,7 +29,7 @@ const NONE: i16 = i16::MIN;
 pub fn encode(reading: Option<f32>) -> [u8; 9] {
     let units = reading.map(|mm| Real::round(mm * UNITS));
     let value = match units {
-        Some(units) if units >= -32767.0 && units <= 32767.0 => units as i16,
+        Some(units) if (-32767.0..=32767.0).contains(&units) => units as i16,
         _ => NONE,
     };
     let [high, low] = value.to_be_bytes();

@@ -12,6 +12,7 @@
 //! change is spread over the samples to the next one. Amount and rate are looked at when it begins, so the planner's own
 //! bounds never hold one side back behind the other.
 
+use super::answers::LONGEST_ANSWER;
 use super::{Controller, Job};
 use crate::board::Board;
 use crate::cycles::mirror_trim::{Parameters, Trimmer};
@@ -60,6 +61,8 @@ pub(super) struct Trims<const N: usize> {
     /// [mm or deg]
     asked: [f32; N],
     stream: Option<Stream>,
+    /// The selected motor's offset is to be told.
+    say: bool,
 }
 
 impl<const N: usize> Trims<N> {
@@ -67,6 +70,7 @@ impl<const N: usize> Trims<N> {
         Self {
             asked: [0.0; N],
             stream: None,
+            say: false,
         }
     }
 }
@@ -80,9 +84,21 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         let freeze = self.flags.take(RealTime::TRIM_FREEZE);
         let zero = self.flags.take(RealTime::TRIM_ZERO);
         let touched = self.flags.take(RealTime::TRIM);
-        if self.alarm.is_some() || !(freeze || zero || touched) {
-            return freeze || zero || touched;
+        let asked = freeze || zero || touched;
+        if asked && self.alarm.is_none() {
+            self.change_trims(freeze, zero);
+            self.trims.say = true;
         }
+        // What nobody has asked for with a line must not keep lines from being taken.
+        let says = self.trims.say && self.answers.room() >= LONGEST_ANSWER + ANSWER;
+        if says {
+            self.trims.say = false;
+            self.say_trim(self.flags.selected_trim());
+        }
+        asked || says
+    }
+
+    fn change_trims(&mut self, freeze: bool, zero: bool) {
         if freeze || zero {
             self.trims.stream = None;
         }
@@ -102,8 +118,6 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                 let _ = self.ask_trim(motor, wanted);
             }
         }
-        self.say_trim(self.flags.selected_trim());
-        true
     }
 
     /// `$TRIM=<axis><value>`: an offset [mm or deg], absolutely.

@@ -82,6 +82,9 @@ impl<const N: usize> Trim<N> {
 
     /// Every offset ends at the whole step nearest to where its slope is.
     pub fn freeze(&mut self) {
+        if self.is_settled() {
+            return;
+        }
         for (target, slope) in self.target.iter_mut().zip(&self.slope) {
             *target = (*slope + (1 << 15)) >> 16 << 16;
         }

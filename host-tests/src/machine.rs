@@ -215,7 +215,7 @@ impl<const N: usize> Machine<'_, N> {
                 return;
             }
             // A segment has 40 ticks or more, but around a reversal, and the foreground stays a few of them ahead.
-            for _ in 0..120 {
+            for _ in 0..80 {
                 self.tick();
             }
         }

@@ -8,7 +8,10 @@ use hexstep_host::emulator::{
     Elf, Emulator, Options, Pulses, Recording, Register, firmware_from_environment,
     image_from_environment,
 };
+use hexstep_host::job::{Job, Task};
 use hexstep_host::machine;
+use hexstep_host::poses::Plan;
+use hexstep_host::run;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -605,6 +608,107 @@ fn in_memory(machine: &mut machine::Machine<'_>, lines: &[String]) -> Pulses {
     Pulses::of_trace(&machine.take_trace())
 }
 
+/// Every line to both machines; the pulses of both.
+fn on_both(
+    machine: &mut machine::Machine<'_>,
+    emulator: &mut Emulator,
+    lines: &[String],
+) -> (Pulses, Pulses) {
+    machine.take_trace();
+    emulator.take_recording();
+    let wanted = in_memory(machine, lines);
+    for line in lines {
+        assert_eq!(ask(emulator, line), ["ok"], "{line}");
+    }
+    emulator.expect_idle(JOB).unwrap();
+    (wanted, emulator.take_recording().pulses())
+}
+
+/// The first ten CL points of the frustum, faster and with larger steps than its job has: minutes become seconds.
+#[test]
+fn the_first_ten_points_of_the_frustum_make_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    let mut emulator = boot_for_motion(firmware);
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/frustum.toml"));
+    let text: String = text
+        .unwrap()
+        .replace(
+            "[1600, 1600, 1600, 5000, 5000]",
+            "[160, 160, 160, 500, 500]",
+        )
+        .replace(
+            "[  90,   90,   90,   30,   30]",
+            "[600, 600, 600, 200, 200]",
+        )
+        .replace(
+            "[1500, 1500, 1500,  400,  400]",
+            "[9000, 9000, 9000, 3000, 3000]",
+        )
+        .replace(
+            "[40000, 40000, 40000, 12000, 12000]",
+            "[4e5, 4e5, 4e5, 1e5, 1e5]",
+        )
+        .replace("feed = 1000 ", "feed = 30000 ");
+    let count = text
+        .lines()
+        .filter(|line| line.starts_with("    ["))
+        .count();
+    let text: String = text
+        .lines()
+        .scan(0, |seen, line| {
+            *seen += usize::from(line.starts_with("    ["));
+            Some((*seen, line))
+        })
+        .filter(|(seen, line)| *seen <= 10 || !line.starts_with("    ["))
+        .map(|(_, line)| format!("{line}\n"))
+        .collect();
+    assert_eq!(count, 13);
+    let job = Job::parse("frustum.toml", "frustum", text.as_bytes()).unwrap();
+    let Task::Poses(poses) = &job.task else {
+        panic!("a job with poses")
+    };
+    let plan = Plan::of(&job, poses).unwrap();
+    let settings = run::settings(&job, Some(&plan)).unwrap();
+    let rate = |number: u16| (110..116).contains(&number);
+    let line = |(number, value): (u16, f32)| format!("${number}={value}");
+    // What is to be fast later would be too fast with the steps of before.
+    let mut set: Vec<String> = (110..116).map(|number| format!("${number}=1")).collect();
+    set.extend(
+        settings
+            .all()
+            .filter(|(n, _)| !rate(*n) && *n != 1012)
+            .map(line),
+    );
+    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
+    let moves: Vec<String> = run::targets(&job, poses, &plan)
+        .unwrap()
+        .iter()
+        .map(|target| {
+            let words = target.steps.map(|n| n.to_string()).join(",");
+            format!("$MOVE={words},{}", target.duration)
+        })
+        .collect();
+    let end = vec!["$MOVE=END".to_string()];
+
+    machine::with(|machine| {
+        machine.ask(ALLOW);
+        for line in &set {
+            assert!(machine.ask(line).ends_with("ok\r\n"), "{line}");
+            assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
+        }
+        let (approach, path) = moves.split_at(1);
+        for lines in [approach, path] {
+            let lines = [lines, &end].concat();
+            let (wanted, pulses) = on_both(machine, &mut emulator, &lines);
+            assert_eq!(wanted.first_difference(&pulses), None);
+        }
+        assert_eq!(machine.starved(), 0);
+        let end = run::targets(&job, poses, &plan).unwrap();
+        assert_eq!(machine.controller.counts(), end.last().unwrap().steps);
+    });
+    assert_eq!(ask(&mut emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
+}
+
 #[test]
 fn programs_with_holds_overrides_and_trims_make_the_pulses_of_the_host_tick_for_tick() {
     let Some(firmware) = firmware() else { return };
@@ -621,15 +725,7 @@ fn programs_with_holds_overrides_and_trims_make_the_pulses_of_the_host_tick_for_
         let mut changes = 0;
         for seed in 1..=20 {
             let lines = program(seed);
-            machine.take_trace();
-            emulator.take_recording();
-            let wanted = in_memory(machine, &lines);
-            for line in &lines {
-                assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
-            }
-            emulator.expect_idle(JOB).unwrap();
-            let pulses = emulator.take_recording().pulses();
-
+            let (wanted, pulses) = on_both(machine, &mut emulator, &lines);
             let difference = wanted.first_difference(&pulses);
             assert_eq!(
                 difference, None,
@@ -645,11 +741,7 @@ fn programs_with_holds_overrides_and_trims_make_the_pulses_of_the_host_tick_for_
                 ])
                 .chain(["$MOVE=END".into()])
                 .collect();
-            in_memory(machine, &back);
-            for line in &back {
-                assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
-            }
-            emulator.expect_idle(JOB).unwrap();
+            on_both(machine, &mut emulator, &back);
             assert_eq!(machine.controller.counts(), [0; 6], "program {seed}");
         }
         assert!(changes > 100_000, "{changes} edges are not much of a test");

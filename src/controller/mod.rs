@@ -31,6 +31,7 @@ use crate::settings::{AXES, Settings};
 use crate::stepper::interpolator::Instant;
 use crate::stepper::{CountLine, SegmentSender, Segmenter, Shared};
 use answers::Answers;
+use heapless::Deque;
 use trims::Trims;
 
 /// What moves the motors.
@@ -75,6 +76,8 @@ pub struct Controller<'a, B: Board, const N: usize = AXES> {
     segmenter: Segmenter<N>,
     segments: SegmentSender<'a, N>,
     shared: &'a Shared,
+    /// Number of the last segment of each millisecond in the queue.
+    ahead: Deque<u32, { motion::LEAD }>,
     alarm: Option<Alarm>,
     /// A stop on its way: the interrupt has been told.
     stopping: Option<Alarm>,
@@ -124,6 +127,7 @@ impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),
             segments,
             shared,
+            ahead: Deque::new(),
             alarm: None,
             stopping: None,
             resetting: false,

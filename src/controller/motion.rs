@@ -14,12 +14,13 @@ use fixed::types::I32F32;
 /// A ground flank shows a micrometre: the contour of a drill is kept to it, whatever is set for other paths [mm].
 const DRILL_TOLERANCE: f32 = 0.001;
 
-/// Segments that are kept in the queue, a millisecond each: so much later a hold or an override shows.
-const LEAD: usize = 7;
+/// Milliseconds that the queue is kept ahead of the motors, the running one included: so much later a hold or an
+/// override shows. The foreground may be busy for one less.
+pub(super) const LEAD: usize = 5;
 
 /// A stream under way whose input pauses runs on, towards the standstill that its plan ends in, before the queue holds
-/// less than this.
-const LOW_WATER: usize = 5;
+/// less than this [ms].
+const LOW_WATER: usize = 4;
 
 /// How a probe move ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -241,7 +242,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                 self.restart_trims();
             }
         } else {
-            while self.segments.len() < LEAD {
+            while self.lead() < LEAD {
                 let Some(sample) = self.pending.take().or_else(|| self.take_sample()) else {
                     break;
                 };
@@ -251,6 +252,10 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                     sample.last,
                     &mut self.segments,
                 );
+                if sent.is_ok() {
+                    // There is room: the lead is below its bound.
+                    let _ = self.ahead.push_back(self.segmenter.sent());
+                }
                 if sent != Ok(true) {
                     // No room, or not there yet: the same target once more.
                     self.pending = Some(sample);
@@ -263,6 +268,20 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         self.segmenter.sent() != before
     }
 
+    /// Milliseconds in the queue, the running one included.
+    fn lead(&mut self) -> usize {
+        let now = self.shared.now();
+        while let Some(end) = self.ahead.front() {
+            // Numbers wrap; those in the queue are close to each other.
+            let left = end.wrapping_sub(now.sequence).cast_signed();
+            if left > 0 || left == 0 && now.remaining > 0 {
+                break;
+            }
+            self.ahead.pop_front();
+        }
+        self.ahead.len()
+    }
+
     /// The next millisecond, when it may be taken: with all of the look-ahead known, or none of it to come.
     fn take_sample(&mut self) -> Option<Sample<N>> {
         let flows = match &self.job {
@@ -270,7 +289,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             Job::Stream { begun, .. } => {
                 self.planner.is_full()
                     || self.planner.is_held()
-                    || *begun && self.segments.len() < LOW_WATER
+                    || *begun && self.ahead.len() < LOW_WATER
             }
             _ => true,
         };

@@ -102,6 +102,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         self.planner.abort();
         self.job = Job::None;
         self.pending = None;
+        self.ahead.clear();
         self.cues.clear();
     }
 

@@ -152,6 +152,10 @@ struct Stretch<C, R, S> {
     done: u16,
 }
 
+/// A stretch of machine `M`.
+type StretchOf<M, const N: usize, R> =
+    Stretch<<M as Guide<N, R>>::Course, R, <M as Guide<N, R>>::Set>;
+
 /// Follows poses stretch by stretch, from the last solved set.
 pub struct Follower<'a, M, const N: usize, R: Real>
 where
@@ -164,7 +168,7 @@ where
     set: M::Set,
     /// End of the last stretch taken in.
     target: End<M::Course, R>,
-    stretch: Option<Stretch<M::Course, R, M::Set>>,
+    stretch: Option<StretchOf<M, N, R>>,
     segment: u32,
 }
 
@@ -287,7 +291,7 @@ where
         to: End<M::Course, R>,
         end: Option<M::Set>,
         feed: Feed<R>,
-    ) -> Result<Stretch<M::Course, R, M::Set>, Refusal<M::Error>> {
+    ) -> Result<StretchOf<M, N, R>, Refusal<M::Error>> {
         let (Feed::Tip(amount) | Feed::Time(amount)) = feed;
         let shift = M::Course::tip(&to) - M::Course::tip(&self.target);
         let is_still = shift.norm() <= R::ZERO;
@@ -307,10 +311,7 @@ where
     }
 
     /// Walks a stretch without emitting; returns the set before its last block.
-    fn walk(
-        &self,
-        mut stretch: Stretch<M::Course, R, M::Set>,
-    ) -> Result<M::Set, Refused<R, M::Error>> {
+    fn walk(&self, mut stretch: StretchOf<M, N, R>) -> Result<M::Set, Refused<R, M::Error>> {
         let (mut at, mut set) = (self.at, self.set);
         let mut before = set;
         while stretch.done < PARTS {
@@ -335,7 +336,7 @@ fn advance<M, const N: usize, R: Real>(
     segment: u32,
     at: &mut End<M::Course, R>,
     set: &mut M::Set,
-    stretch: &mut Stretch<M::Course, R, M::Set>,
+    stretch: &mut StretchOf<M, N, R>,
 ) -> Result<Block<N, R, M::Set>, Refused<R, M::Error>>
 where
     M: Guide<N, R>,
@@ -398,7 +399,7 @@ where
 /// The time of a block [s], and the joint that stretches it.
 fn duration<M, const N: usize, R: Real>(
     machine: &M,
-    stretch: &Stretch<M::Course, R, M::Set>,
+    stretch: &StretchOf<M, N, R>,
     from: &M::Set,
     to: &M::Set,
     parts: u16,

@@ -59,7 +59,7 @@ impl PoseJoint {
 /// The machine of a job with poses.
 #[derive(Clone, Debug)]
 pub struct PoseMachine {
-    /// As the job names it.
+    /// As the job names it, with the side of a two-sided machine.
     pub name: String,
     pub model: Model,
     /// One to six; the motors behind them stand still.
@@ -144,10 +144,8 @@ impl PoseMachine {
                 reader.five_axis(name)?
             }
         };
-        Ok(Self {
-            name: name.into(),
-            ..read
-        })
+        let name = format!("{name} {}", read.name).trim_end().into();
+        Ok(Self { name, ..read })
     }
 }
 
@@ -318,17 +316,13 @@ impl Reader<'_> {
         } else {
             ER3B
         };
-        let tool = Pose {
-            rotation: Rotation::IDENTITY,
-            p: Vector::new(0.0, 0.0, tool_length),
-        };
         Ok(PoseMachine {
             name: String::new(),
             model: Model::Arm {
                 arm: Box::new(made),
                 tool: Pose {
                     rotation: Rotation::IDENTITY,
-                    p: tool.p,
+                    p: Vector::new(0.0, 0.0, tool_length),
                 },
                 speeds: Joints(std::array::from_fn(|i| {
                     joints[i].limits.max_rate.to_radians()

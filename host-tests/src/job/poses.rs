@@ -24,6 +24,9 @@ pub struct PosesJob {
     /// How far the tip may leave the straight lines between the poses [mm], and the tool the turns [deg].
     pub tip_tolerance: f64,
     pub axis_tolerance: f64,
+    /// Of the solutions of a five-axis machine those with the least turning over the whole path, and not at every pose
+    /// the nearest.
+    pub chooses_best: bool,
     /// Joints near which those of the first pose are chosen [mm, deg].
     pub near: Vec<f64>,
     origin: Origin,
@@ -72,11 +75,17 @@ impl PosesJob {
             "feed",
             "inverse_time",
             "near",
+            "choice",
             "poses",
             "file",
         ])?;
         let is_arm = matches!(machine.model, Model::Arm { .. });
         let pace = default_pace(&path, places)?;
+        let chooses_best = path.has("choice") && path.word("choice", &["nearest", "best"])? == 1;
+        if chooses_best && !matches!(machine.model, Model::FiveAxis(_)) {
+            let detail = "only a five-axis machine chooses so; an arm keeps one branch, all others the nearest joints";
+            return Err(places.refuse("path.choice", "UnknownName", detail.into()));
+        }
         let near = read_near(&path, machine.joints.len())?;
         let found = match (path.has("poses"), path.has("file")) {
             (true, false) => inline(&path, is_arm)?,
@@ -101,6 +110,7 @@ impl PosesJob {
             rows: Vec::with_capacity(found.numbers.len()),
             tip_tolerance: path.number_or("tip_tolerance", 0.01, Kind::positive(10.0, "mm"))?,
             axis_tolerance: path.number_or("axis_tolerance", 0.05, Kind::positive(10.0, "deg"))?,
+            chooses_best,
             near,
             origin: found.origin,
         };

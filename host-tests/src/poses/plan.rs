@@ -1,7 +1,10 @@
 //! Poses of a job -> joint blocks, all of them or an error that says at which pose and why.
 //!
-//! The tolerances are shared: chords of joints may stray by [`CHORDS`] of them, and what is left is the planner's, which
-//! rounds the corners between the chords. The planner measures the contour in the joints, each weighed with the way that
+//! The tolerances are shared: chords of joints may stray by [`CHORDS`] of them. The planner, which rounds the corners
+//! between the chords, takes off most where a chord strays least: along a chord, u = 0 .. 1, the sum is
+//! 4 e u (1 - u) + c (1 - u / u0)^2 with u0 up to 1/2, never more than the larger of e and c. Only where it merges chords
+//! does it stray in the middle of one, by [`MERGED`] of its tolerance: that much has to fit into what the chords leave.
+//! The planner measures the contour in the joints, each weighed with the way that
 //! it carries the tip; parts of it may add up in the tip, one of all joints that slide and one of each that turns.
 
 use crate::job::{Job, JobError, Model, Pace, PoseMachine, PoseRow, PosesJob, side_error_name};
@@ -9,16 +12,19 @@ use crate::reference::matrix::distance;
 use hexstep::geometry::{Pose, Rotation, Vector};
 use hexstep::joints::Joints;
 use hexstep::kinematics::chord::ChainSet;
-use hexstep::kinematics::follow::{Feed, Follower, Guide, Refusal, Tolerance};
+use hexstep::kinematics::follow::{End, Feed, Follower, Guide, Refusal, Tolerance};
 use hexstep::kinematics::inverse::{Failure, Target};
 use hexstep::kinematics::way::Course;
-use hexstep::kinematics::{ClPoint, PoseWay, inverse};
+use hexstep::kinematics::{ClPoint, PoseWay, Way, inverse};
 use hexstep::machines::arm::{self, Arm, ArmSet, OneBranch};
-use hexstep::machines::five_axis::{self, Axis, Turned};
+use hexstep::machines::five_axis::{self, Axis, FiveAxis, Layer, PathChoice, Solution, Turned};
 use hexstep::machines::two_sided::SideError;
 
 /// Share of both tolerances that the chords of the joints may use.
 pub const CHORDS: f64 = 0.85;
+
+/// Share of its tolerance that the planner uses up where it merges chords (see `hexstep::planner`).
+const MERGED: f64 = 0.4;
 
 /// A straight move of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +54,14 @@ pub struct Plan {
     pub contour: f64,
     /// The arm's branch.
     pub branch: Option<u8>,
+    /// What a machine with too few joints that turn leaves of the direction, largest at the blocks' ends [deg]; 0 for
+    /// all others.
+    pub residual: f64,
 }
+
+/// States that the choice of solutions keeps for a pose, and poses that it looks ahead.
+const STATES: usize = 64;
+const WINDOW: usize = 1024;
 
 type Blocks = ([f64; 6], Vec<PlannedBlock>);
 
@@ -80,12 +93,17 @@ impl Plan {
             Model::Side(side) => task.side(side)?,
             Model::Chain(chain) => task.chain(chain)?,
         };
+        let residual = match &machine.model {
+            Model::Side(_) => task.residual(&start, &blocks)?,
+            _ => 0.0,
+        };
         let levers = levers(machine, &start, &blocks);
         let turning = machine.joints.iter().filter(|joint| joint.turns).count();
         let groups = turning as f64 + 1.0;
-        let contour = (1.0 - CHORDS) * poses.tip_tolerance / groups.sqrt();
+        let rounding = (1.0 - CHORDS) / MERGED;
+        let contour = rounding * poses.tip_tolerance / groups.sqrt();
         // Where the tip lies on an axis it does not feel the turn, but the tool does.
-        let least = contour / ((1.0 - CHORDS) * poses.axis_tolerance);
+        let least = contour / (rounding * poses.axis_tolerance);
         let levers = std::array::from_fn(|i| match machine.joints.get(i) {
             Some(joint) if joint.turns => levers[i].max(least),
             _ => 1.0,
@@ -96,6 +114,7 @@ impl Plan {
             levers,
             contour,
             branch,
+            residual,
         })
     }
 
@@ -163,12 +182,74 @@ impl Walk<'_> {
             }
             other => (other.name(), "the machine cannot take this pose".into()),
         };
+        let refused = |index: usize, error: &five_axis::Error<f64>| {
+            let (name, detail) = told(error);
+            self.refuse(index, name, detail)
+        };
+        if self.poses.chooses_best {
+            let chosen = self.choose(machine, near, refused)?;
+            let first_set = chosen[0];
+            let end = |index| Ok((self.cl(index)?, Some(chosen[index])));
+            return self.follow(machine, first, first_set, end, told);
+        }
         let set = machine.inverse(first.p(), first.v(), &near);
-        let set = set.map_err(|error| {
-            let (name, detail) = told(&error);
-            self.refuse(0, name, detail)
-        })?;
-        self.follow(machine, first, set, |index| self.cl(index), told)
+        let set = set.map_err(|error| refused(0, &error))?;
+        self.follow(machine, first, set, self.greedy(), told)
+    }
+
+    /// The CL points alone: their joints are those nearest to the ones before.
+    fn greedy<S>(&self) -> impl Fn(usize) -> Result<(ClPoint<f64>, Option<S>), JobError> {
+        |index| Ok((self.cl(index)?, None))
+    }
+
+    /// Joints of every pose with the least turning over the whole path.
+    fn choose(
+        &self,
+        machine: &FiveAxis<f64>,
+        near: [Turned<f64>; 2],
+        refused: impl Fn(usize, &five_axis::Error<f64>) -> JobError,
+    ) -> Result<Vec<Solution<f64>>, JobError> {
+        let count = self.poses.rows.len();
+        let mut layers = vec![Layer::<f64, STATES>::empty(); count.min(WINDOW)];
+        let mut choice = PathChoice::new(machine, &mut layers, near);
+        let mut chosen: Vec<Solution<f64>> = Vec::with_capacity(count);
+        for index in 0..count {
+            if choice.is_full()
+                && let Some(solution) = choice.pop()
+            {
+                let solution = solution.map_err(|error| refused(chosen.len(), &error))?;
+                chosen.push(solution);
+            }
+            let at = self.cl(index)?;
+            let pushed = choice.push(at.p(), at.v());
+            pushed.map_err(|error| refused(index, &error))?;
+        }
+        while let Some(solution) = choice.pop() {
+            let solution = solution.map_err(|error| refused(chosen.len(), &error))?;
+            chosen.push(solution);
+        }
+        Ok(chosen)
+    }
+
+    /// Largest angle between the tool axes that are wanted and those of the reference at the blocks' ends [deg].
+    fn residual(&self, start: &[f64; 6], blocks: &[PlannedBlock]) -> Result<f64, JobError> {
+        let machine = &self.poses.machine;
+        let axis = |joints: &[f64; 6]| {
+            let q = std::array::from_fn(|i| {
+                let joint = machine.joints.get(i);
+                joint.map_or(0.0, |joint| joint.to_library(joints[i]))
+            });
+            Vector::from_array(machine.forward.at(&q).axis)
+        };
+        let mut largest = axis(start).angle_to(self.cl(0)?.v());
+        for block in blocks {
+            let ends = (self.cl(block.segment)?, self.cl(block.segment + 1)?);
+            // A stretch that was followed has a way.
+            if let Some(way) = Way::new(ends.0, ends.1) {
+                largest = largest.max(axis(&block.joints).angle_to(way.at(block.u).v()));
+            }
+        }
+        Ok(largest.to_degrees())
     }
 
     fn side(&self, machine: &SideGuide) -> Result<Blocks, JobError> {
@@ -199,7 +280,7 @@ impl Walk<'_> {
             at: first,
             singular: false,
         };
-        self.follow(machine, first, set, |index| self.cl(index), told)
+        self.follow(machine, first, set, self.greedy(), told)
     }
 
     fn chain(&self, machine: &ChainGuide) -> Result<Blocks, JobError> {
@@ -235,7 +316,7 @@ impl Walk<'_> {
             at: first,
             singular: false,
         };
-        self.follow(machine, first, set, |index| self.cl(index), told)
+        self.follow(machine, first, set, self.greedy(), told)
     }
 
     fn arm(
@@ -291,7 +372,13 @@ impl Walk<'_> {
             self.refuse(0, name, detail)
         })?;
         let set = ArmSet { q, pose: poses[0] };
-        let walked = self.follow(&guide, poses[0], set, |index| Ok(poses[index]), told)?;
+        let walked = self.follow(
+            &guide,
+            poses[0],
+            set,
+            |index| Ok((poses[index], None)),
+            told,
+        )?;
         Ok((branch, walked))
     }
 
@@ -323,9 +410,9 @@ impl Walk<'_> {
     fn follow<M, const N: usize>(
         &self,
         machine: &M,
-        first: <M::Course as Course<f64>>::End,
+        first: End<M::Course, f64>,
         set: M::Set,
-        end: impl Fn(usize) -> Result<<M::Course as Course<f64>>::End, JobError>,
+        end: impl Fn(usize) -> Result<(End<M::Course, f64>, Option<M::Set>), JobError>,
         told: impl Fn(&M::Error) -> (&'static str, String),
     ) -> Result<Blocks, JobError>
     where
@@ -354,7 +441,8 @@ impl Walk<'_> {
                 // Joints as fast as they can: no pose asks for it.
                 Pace::Rapid => Feed::Time(1e-9),
             };
-            let pushed = follower.push(end(index)?, None, feed);
+            let (to, chosen) = end(index)?;
+            let pushed = follower.push(to, chosen, feed);
             pushed.map_err(|refused| refuse(index, refused.u, &refused.why))?;
             while let Some(block) = follower.next_block() {
                 let at = place(index, block.u);

@@ -99,7 +99,12 @@ impl<'a> PosesFigures<'a> {
     }
 
     pub fn keeps_angle(&self) -> bool {
-        self.measured.angle <= self.poses.axis_tolerance + self.angle_step()
+        self.measured.angle <= self.allowed_angle()
+    }
+
+    /// Tolerance, one step, and what the machine cannot turn to [deg].
+    fn allowed_angle(&self) -> f64 {
+        self.poses.axis_tolerance + self.angle_step() + self.run.plan.residual
     }
 
     /// From the start of the path to the last step [s].
@@ -179,8 +184,17 @@ impl<'a> PosesFigures<'a> {
     }
 
     fn told_angle(&self) -> String {
+        let residual = self.run.plan.residual;
+        let cannot = if residual > 1e-3 {
+            format!(
+                ", and {}° that this machine cannot turn to",
+                number(residual, 5)
+            )
+        } else {
+            String::new()
+        };
         format!(
-            "off by at most {}°; tolerance {}° and a step of {}°",
+            "off by at most {}°; tolerance {}° and a step of {}°{cannot}",
             number(self.measured.angle, 5),
             number(self.poses.axis_tolerance, 4),
             number(self.angle_step(), 5)
@@ -391,12 +405,12 @@ impl<'a> PosesFigures<'a> {
             &format!(
                 "Every millisecond the joints, as the pulses make them, are taken forward by a map that shares no code with \
                  the solver, and compared with the straight lines between the poses. Chords of the joints may use {} % of the \
-                 tolerance, the rounding of their corners has the rest.",
+                 tolerance, the rounding of their corners lies where they stray least.",
                 number(CHORDS * 100.0, 0)
             ),
         );
         let largest = self.measured.angle.max(1e-6);
-        let allowed = self.poses.axis_tolerance + self.angle_step();
+        let allowed = self.allowed_angle();
         // A tolerance that is far away would flatten the line.
         let near = largest > 0.2 * allowed;
         let mut chart = Chart::new("Tool off its direction", "time [s]", "deg")

@@ -8,6 +8,9 @@ mod path;
 pub mod poses;
 mod settings;
 
+pub use poses::targets;
+pub use settings::settings;
+
 use crate::job::{CountsJob, DrillJob, Job, JobError, Task};
 use crate::machine::{self, Machine};
 use crate::poses::Plan;

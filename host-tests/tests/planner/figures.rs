@@ -193,9 +193,10 @@ fn zigzags() {
     show("motion_zigzag_gain_mean", sum / count);
 }
 
-/// The first sample that is somewhere else than without the event, by a tenth of a step.
+/// The first sample that is somewhere else than without the event, by the 10 000th of a step: the instant at which the
+/// acceleration begins to change.
 fn leaves(plain: &[[f64; 6]], samples: &[[f64; 6]]) -> usize {
-    let differs = |(p, s): (&[f64; 6], &[f64; 6])| (0..6).any(|i| (p[i] - s[i]).abs() > 0.1);
+    let differs = |(p, s): (&[f64; 6], &[f64; 6])| (0..6).any(|i| (p[i] - s[i]).abs() > 1e-4);
     plain.iter().zip(samples).position(differs).expect("acts")
 }
 
@@ -216,7 +217,7 @@ fn latencies() {
             change = change.max(leaves(&plain, &samples) - at);
         }
     }
-    // The queue holds eight segments of a millisecond at most (controller/motion.rs).
-    show("motion_hold_latency_ms", (hold + 8) as f64);
-    show("motion_override_latency_ms", (change + 8) as f64);
+    // The queue is kept five milliseconds ahead at most (controller/motion.rs).
+    show("motion_hold_latency_ms", (hold + 5) as f64);
+    show("motion_override_latency_ms", (change + 5) as f64);
 }

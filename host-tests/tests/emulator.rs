@@ -4,6 +4,8 @@
 //! `cargo xtask test` builds the firmware and names it in `HEXSTEP_FIRMWARE`. Without that these tests have nothing to
 //! boot and say so.
 
+use hexstep::path::Target;
+use hexstep::settings::Settings;
 use hexstep_host::emulator::{
     Elf, Emulator, Options, Pulses, Recording, Register, firmware_from_environment,
     image_from_environment,
@@ -11,6 +13,7 @@ use hexstep_host::emulator::{
 use hexstep_host::job::{Job, Task};
 use hexstep_host::machine;
 use hexstep_host::poses::Plan;
+use hexstep_host::process::Made;
 use hexstep_host::run;
 use std::io::Write;
 use std::path::PathBuf;
@@ -624,6 +627,85 @@ fn on_both(
     (wanted, emulator.take_recording().pulses())
 }
 
+/// Lines that give a machine all of these settings, whatever it had before.
+fn setting_lines(settings: &Settings) -> Vec<String> {
+    let rate = |number: u16| (110..116).contains(&number);
+    let line = |(number, value): (u16, f32)| format!("${number}={value}");
+    // What is to be fast later would be too fast with the steps of before; travels are wide in between.
+    let mut set: Vec<String> = (110..116).map(|number| format!("${number}=1")).collect();
+    set.extend((1040..1046).map(|number| format!("${number}=-1000000")));
+    set.extend((1050..1056).map(|number| format!("${number}=1000000")));
+    let others = settings.all().filter(|(n, _)| !rate(*n) && *n != 1012);
+    set.extend(others.map(line));
+    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
+    set
+}
+
+fn move_lines(targets: &[Target<6>]) -> Vec<String> {
+    let line = |target: &Target<6>| {
+        let words = target.steps.map(|n| n.to_string()).join(",");
+        format!("$MOVE={words},{}", target.duration)
+    };
+    targets.iter().map(line).collect()
+}
+
+#[test]
+fn a_stretch_of_every_job_with_poses_makes_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    for name in [
+        "pole-crossing",
+        "arm-path",
+        "two-sided",
+        "dune-soft",
+        "precession-plane",
+        "precession-curved",
+    ] {
+        let file = format!("{}/jobs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let job = Job::load(file.as_ref()).unwrap();
+        let made = Made::of(&job).unwrap();
+        let poses = match &job.task {
+            Task::Poses(poses) => poses.as_ref(),
+            _ => made.as_ref().and_then(Made::poses).unwrap(),
+        };
+        let plan = Plan::of(&job, poses).unwrap();
+        let set = setting_lines(&run::settings(&job, Some((poses, &plan))).unwrap());
+        let targets = run::targets(&job, poses, &plan).unwrap();
+        // The approach, and what half a second of the path holds.
+        let mut left = 0.5;
+        let count = 1 + targets[1..]
+            .iter()
+            .take_while(|target| {
+                let fits = left > 0.0;
+                left -= target.duration;
+                fits
+            })
+            .count();
+        let (approach, path) = targets[..count].split_at(1);
+        let mut emulator = boot_for_motion(firmware.clone());
+
+        machine::with(|machine| {
+            machine.ask(ALLOW);
+            for line in &set {
+                assert!(machine.ask(line).ends_with("ok\r\n"), "{name}: {line}");
+                assert_eq!(ask(&mut emulator, line), ["ok"], "{name}: {line}");
+            }
+            for stretch in [approach, path] {
+                let mut lines = move_lines(stretch);
+                lines.push("$MOVE=END".into());
+                let (wanted, pulses) = on_both(machine, &mut emulator, &lines);
+                assert_eq!(wanted.first_difference(&pulses), None, "{name}");
+            }
+            assert_eq!(machine.starved(), 0);
+            assert_eq!(
+                machine.controller.counts(),
+                targets[count - 1].steps,
+                "{name}"
+            );
+        });
+        assert_eq!(ask(&mut emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
+    }
+}
+
 /// The first ten CL points of the frustum, faster and with larger steps than its job has: minutes become seconds.
 #[test]
 fn the_first_ten_points_of_the_frustum_make_the_pulses_of_the_host_tick_for_tick() {
@@ -668,26 +750,8 @@ fn the_first_ten_points_of_the_frustum_make_the_pulses_of_the_host_tick_for_tick
         panic!("a job with poses")
     };
     let plan = Plan::of(&job, poses).unwrap();
-    let settings = run::settings(&job, Some((poses, &plan))).unwrap();
-    let rate = |number: u16| (110..116).contains(&number);
-    let line = |(number, value): (u16, f32)| format!("${number}={value}");
-    // What is to be fast later would be too fast with the steps of before.
-    let mut set: Vec<String> = (110..116).map(|number| format!("${number}=1")).collect();
-    set.extend(
-        settings
-            .all()
-            .filter(|(n, _)| !rate(*n) && *n != 1012)
-            .map(line),
-    );
-    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
-    let moves: Vec<String> = run::targets(&job, poses, &plan)
-        .unwrap()
-        .iter()
-        .map(|target| {
-            let words = target.steps.map(|n| n.to_string()).join(",");
-            format!("$MOVE={words},{}", target.duration)
-        })
-        .collect();
+    let set = setting_lines(&run::settings(&job, Some((poses, &plan))).unwrap());
+    let moves = move_lines(&run::targets(&job, poses, &plan).unwrap());
     let end = vec!["$MOVE=END".to_string()];
 
     machine::with(|machine| {

@@ -1,6 +1,6 @@
 //! The report on a drill point: motion, pulses, and the drill that they grind.
 
-use super::motors::{Channel, Motors, pulse_trains};
+use super::motors::{Channel, Motors, pulse_trains, told_end};
 use super::{Cell, Feature, GroundDrill, Report, Stroke};
 use crate::job::{DrillJob, Job, MOTORS, Phi};
 use crate::plot::number;
@@ -96,15 +96,7 @@ impl<'a> DrillFigures<'a> {
                 self.wall,
                 trace.ticks() as f64 / self.wall / 1e6
             ),
-            format!(
-                "end      {}; queue ran dry {} times",
-                if self.is_exact() {
-                    "every motor exactly at its commanded count"
-                } else {
-                    "MOTORS NOT AT THEIR COMMANDED COUNTS"
-                },
-                self.outcome.starved
-            ),
+            told_end(self.is_exact(), self.outcome.starved),
             String::new(),
             format!(
                 "{:<8}{:>12}{:>12}{:>10}{:>22}{:>24}",

@@ -98,7 +98,44 @@ pub fn window_for(axes: &[AxisLimits; 6], moves: [bool; 6]) -> f64 {
     (0.6 * shortest.fold(f64::INFINITY, f64::min)).clamp(0.01, 0.04)
 }
 
+/// How a run ended, in a line of a summary.
+pub fn told_end(is_exact: bool, starved: u32) -> String {
+    let end = if is_exact {
+        "every motor exactly at its commanded count"
+    } else {
+        "MOTORS NOT AT THEIR COMMANDED COUNTS"
+    };
+    format!("end      {end}; queue ran dry {starved} times")
+}
+
 impl Motors {
+    /// A table of all motors for a summary: steps, end, and the largest values beside their limits; `first` heads it.
+    pub fn limits_in_lines(&self, first: &str) -> Vec<String> {
+        let mut lines = vec![format!(
+            "{first:<10}{:>12}{:>12}{:>26}{:>26}{:>28}",
+            "steps", "end", "speed of limit /s", "acceleration", "jerk"
+        )];
+        for f in &self.figures {
+            let (c, s) = (&f.channel, &f.statistics);
+            let scale = c.steps_per_unit;
+            let beside = |value: f64, limit: Option<f64>, digits: usize| {
+                let limit = limit.unwrap_or(0.0) / scale;
+                format!("{:.digits$} of {limit} {}", value / scale, c.unit)
+            };
+            let over = if self.keeps_limits(f) { "" } else { "  OVER" };
+            lines.push(format!(
+                "{:<10}{:>12}{:>12}{:>26}{:>26}{:>28}{over}",
+                c.name,
+                s.steps(),
+                s.position,
+                beside(f.rate, c.largest_rate, 2),
+                beside(f.acceleration, c.largest_acceleration, 0),
+                beside(f.jerk, c.largest_jerk, 0),
+            ));
+        }
+        lines
+    }
+
     /// Reads the trace twice: for the statistics, and for the motions.
     pub fn of<const N: usize>(trace: &Trace<N>, channels: &[Channel; N], window: f64) -> Self {
         let statistics = trace.statistics();

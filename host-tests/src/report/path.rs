@@ -1,7 +1,7 @@
 //! The report on a path of joints: what every joint did, and how far the contour is off.
 
 use super::contour::ContourError;
-use super::motors::{Channel, Motors, Quantity, pulse_trains, window_for};
+use super::motors::{Channel, Motors, Quantity, pulse_trains, told_end, window_for};
 use super::{Cell, Report};
 use crate::job::{FIRST_TURNING, Job, MOTORS, Pace, PathJob};
 use crate::plot::{Chart, Drawing, Pen, colour, number};
@@ -127,43 +127,10 @@ impl<'a> PathFigures<'a> {
                     ": TOO MUCH"
                 }
             ),
-            format!(
-                "end      {}; queue ran dry {} times",
-                if self.is_exact() {
-                    "every motor exactly at its commanded count"
-                } else {
-                    "MOTORS NOT AT THEIR COMMANDED COUNTS"
-                },
-                self.outcome.starved
-            ),
+            told_end(self.is_exact(), self.outcome.starved),
             String::new(),
-            format!(
-                "{:<8}{:>12}{:>12}{:>24}{:>24}{:>24}",
-                "motor", "way", "end", "speed of limit /s", "acceleration", "jerk"
-            ),
         ];
-        for f in &self.motors.figures {
-            let (c, s) = (&f.channel, &f.statistics);
-            let scale = c.steps_per_unit;
-            let beside = |value: f64, limit: Option<f64>, digits: usize| {
-                let limit = limit.unwrap_or(0.0) / scale;
-                format!("{:.digits$} of {limit} {}", value / scale, c.unit)
-            };
-            lines.push(format!(
-                "{:<8}{:>12}{:>12}{:>24}{:>24}{:>24}{}",
-                c.name,
-                s.steps(),
-                s.position,
-                beside(f.rate, c.largest_rate, 2),
-                beside(f.acceleration, c.largest_acceleration, 0),
-                beside(f.jerk, c.largest_jerk, 0),
-                if self.motors.keeps_limits(f) {
-                    ""
-                } else {
-                    "  OVER"
-                }
-            ));
-        }
+        lines.extend(self.motors.limits_in_lines("motor"));
         lines
     }
 

@@ -1,6 +1,6 @@
 //! The report on a job with poses: the tool in space, the joints that move it, and how far it was off, from the pulses.
 
-use super::motors::{Channel, Motors, Quantity, pulse_trains, window_for};
+use super::motors::{Channel, Motors, Quantity, pulse_trains, told_end, window_for};
 use super::space::Space;
 use super::{Cell, Report};
 use crate::job::{AxisLimits, Job, Pace, PosesJob};
@@ -237,43 +237,10 @@ impl<'a> PosesFigures<'a> {
                 self.told_angle(),
                 judged(self.keeps_angle())
             ),
-            format!(
-                "end      {}; queue ran dry {} times",
-                if self.is_exact() {
-                    "every motor exactly at its commanded count"
-                } else {
-                    "MOTORS NOT AT THEIR COMMANDED COUNTS"
-                },
-                self.outcome.starved
-            ),
+            told_end(self.is_exact(), self.outcome.starved),
             String::new(),
-            format!(
-                "{:<10}{:>12}{:>12}{:>26}{:>26}{:>28}",
-                "joint", "steps", "end", "speed of limit /s", "acceleration", "jerk"
-            ),
         ];
-        for f in &self.motors.figures {
-            let (c, s) = (&f.channel, &f.statistics);
-            let scale = c.steps_per_unit;
-            let beside = |value: f64, limit: Option<f64>, digits: usize| {
-                let limit = limit.unwrap_or(0.0) / scale;
-                format!("{:.digits$} of {limit} {}", value / scale, c.unit)
-            };
-            lines.push(format!(
-                "{:<10}{:>12}{:>12}{:>26}{:>26}{:>28}{}",
-                c.name,
-                s.steps(),
-                s.position,
-                beside(f.rate, c.largest_rate, 2),
-                beside(f.acceleration, c.largest_acceleration, 0),
-                beside(f.jerk, c.largest_jerk, 0),
-                if self.motors.keeps_limits(f) {
-                    ""
-                } else {
-                    "  OVER"
-                }
-            ));
-        }
+        lines.extend(self.motors.limits_in_lines("joint"));
         lines
     }
 

@@ -325,14 +325,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
     fn act(&mut self, action: Action) {
         match action {
             Action::Hold => self.hold(),
-            Action::Resume => {
-                // From rest, a stream waits for its look-ahead once more, as on every other machine.
-                let rests = self.planner.is_at_rest();
-                self.resume();
-                if let Job::Stream { begun, .. } = &mut self.job {
-                    *begun &= !rests;
-                }
-            }
+            Action::Resume => self.resume(),
             // Both within their ranges: a cue has been looked at when it was taken.
             Action::Feed(factor) => {
                 let _ = self.planner.set_feed_override(factor);

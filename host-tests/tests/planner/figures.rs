@@ -3,15 +3,9 @@
 
 use super::rig::*;
 use hexstep::planner::{Limits, PathSetting};
-use rsruckig::prelude::*;
 
 fn show(key: &str, value: f64) {
     println!("{key} {value}");
-}
-
-/// Samples' time, rest to rest [s].
-fn time(samples: &[[f64; 6]]) -> f64 {
-    (samples.len() - 1) as f64 * 1e-3
 }
 
 #[test]
@@ -67,42 +61,14 @@ fn single_moves() {
     let (mut long, mut short) = (0.0f64, 0.0f64);
     for share in [0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 3.0, 10.0] {
         for _ in 0..50 {
-            let limits = random_limits(&mut r);
-            let way = [0; 6].map(|_| r.between(-1.0, 1.0));
-            let slowest = |limit: &[f32; 6], way: &[f64; 6]| {
-                (0..6)
-                    .map(|i| f64::from(limit[i]) / way[i].abs())
-                    .fold(f64::MAX, f64::min)
-            };
-            let (a, j) = (
-                slowest(limits.acceleration(), &way),
-                slowest(limits.jerk(), &way),
-            );
-            let l = share * 2.0 * a * a * a / j / j;
-            let target = way.map(|t| (t * l).round() as i32);
-            if target == [0; 6] {
+            let Some(single) = Single::random(&mut r, share) else {
                 continue;
-            }
-            let program = Program {
-                limits,
-                path: PathSetting::new([0.003; 6], 0.01).unwrap(),
-                blocks: vec![(target, 0.0)],
             };
-            let (samples, _) = run(&program, &[]);
-            let way = target.map(f64::from);
-            let mut input = InputParameter::<1>::new(None);
-            input.target_position[0] = 1.0;
-            input.max_velocity[0] = slowest(limits.velocity(), &way);
-            input.max_acceleration[0] = slowest(limits.acceleration(), &way);
-            input.max_jerk[0] = slowest(limits.jerk(), &way);
-            let mut trajectory = Trajectory::<1>::new(None);
-            Ruckig::<1, ThrowErrorHandler>::new(None, 0.001)
-                .calculate(&input, &mut trajectory)
-                .unwrap();
+            let (samples, _) = run(&single.program, &[]);
             // The last millisecond is counted whole, but for the one in which it ends.
-            let ratio = (time(&samples) - 1e-3) / trajectory.get_duration();
+            let ratio = (time(&samples) - 1e-3) / single.best();
             // Where targets of whole steps leave less than the length asked for, the shorter move counts as such.
-            let (a, j) = (input.max_acceleration[0], input.max_jerk[0]);
+            let (a, j) = (single.acceleration, single.jerk);
             let worst = if 1.0 >= 2.0 * a * a * a / j / j {
                 &mut long
             } else {
@@ -165,23 +131,7 @@ fn zigzags() {
     let (mut least, mut sum, mut count) = (f64::INFINITY, 0.0, 0.0);
     for tolerance in [0.003, 0.01, 0.03, 0.1, 0.3] {
         for seed in 1..=40 {
-            let mut r = Random::new(seed + 77);
-            let limits = random_limits(&mut r);
-            let size = r.scale(30.0, 20_000.0);
-            let mut q = [0.0f64; 6];
-            let blocks = (0..40)
-                .map(|_| {
-                    for x in &mut q {
-                        *x += r.between(-size, size);
-                    }
-                    (q.map(|x| x.round() as i32), 0.0)
-                })
-                .collect();
-            let program = Program {
-                limits,
-                path: PathSetting::new([1.0 / 320.0; 6], tolerance).unwrap(),
-                blocks,
-            };
+            let program = zigzag(seed, tolerance);
             let (samples, _) = run(&program, &[]);
             let gain = rest_to_rest(&program) / (time(&samples) - 1e-3);
             least = least.min(gain);

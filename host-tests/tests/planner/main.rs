@@ -11,7 +11,6 @@ use hexstep::stepper::{
     Interpolator, SegmentQueue, Segmenter, Shared, StepMode, StepPort, StepTimer, Timing,
 };
 use rig::*;
-use rsruckig::prelude::*;
 
 #[test]
 fn limits_contour_and_end_are_kept_on_random_programs() {
@@ -174,49 +173,13 @@ fn a_single_move_takes_the_time_of_the_optimal_profile_and_a_sample() {
     let mut r = Random::new(5);
     for share in [0.1, 0.2, 0.5, 1.0, 3.0, 10.0] {
         for _ in 0..20 {
-            let limits = random_limits(&mut r);
-            let way = [0; 6].map(|_| r.between(-1.0, 1.0));
-            let slowest = |limit: &[f32; 6], way: &[f64; 6]| {
-                (0..6)
-                    .map(|i| f64::from(limit[i]) / way[i].abs())
-                    .fold(f64::MAX, f64::min)
-            };
-            let (a, j) = (
-                slowest(limits.acceleration(), &way),
-                slowest(limits.jerk(), &way),
-            );
-            let l = share * 2.0 * a * a * a / j / j;
-            let target = way.map(|t| (t * l).round() as i32);
-            // Along the straight line to the whole steps, as shares of it.
-            let way = target.map(f64::from);
-            let (v, a, j) = (
-                slowest(limits.velocity(), &way),
-                slowest(limits.acceleration(), &way),
-                slowest(limits.jerk(), &way),
-            );
-            if target == [0; 6] {
+            let Some(single) = Single::random(&mut r, share) else {
                 continue;
-            }
-            let path = PathSetting::new([0.003; 6], 0.01).unwrap();
-            let program = Program {
-                limits,
-                path,
-                blocks: vec![(target, 0.0)],
             };
 
-            let (samples, _) = run(&program, &[]);
+            let (samples, _) = run(&single.program, &[]);
 
-            let mut input = InputParameter::<1>::new(None);
-            input.target_position[0] = 1.0;
-            input.max_velocity[0] = v;
-            input.max_acceleration[0] = a;
-            input.max_jerk[0] = j;
-            let mut trajectory = Trajectory::<1>::new(None);
-            Ruckig::<1, ThrowErrorHandler>::new(None, 0.001)
-                .calculate(&input, &mut trajectory)
-                .unwrap();
-            let best = trajectory.get_duration();
-            let time = (samples.len() - 1) as f64 * 1e-3;
+            let (best, time) = (single.best(), time(&samples));
             let most = if share >= 1.0 { 1.01 } else { 1.25 };
             assert!(
                 time <= best * most + 1e-3,
@@ -232,28 +195,11 @@ fn a_zigzag_is_never_slower_than_its_blocks_from_rest_to_rest() {
     for tolerance in [0.003, 0.01, 0.03, 0.1, 0.3] {
         let mut gain = 0.0;
         for seed in 1..=40 {
-            let mut r = Random::new(seed + 77);
-            let limits = random_limits(&mut r);
-            let path = PathSetting::new([1.0 / 320.0; 6], tolerance).unwrap();
-            let size = r.scale(30.0, 20_000.0);
-            let mut q = [0.0f64; 6];
-            let blocks = (0..40)
-                .map(|_| {
-                    for x in &mut q {
-                        *x += r.between(-size, size);
-                    }
-                    (q.map(|x| x.round() as i32), 0.0)
-                })
-                .collect();
-            let program = Program {
-                limits,
-                path,
-                blocks,
-            };
+            let program = zigzag(seed, tolerance);
 
             let (samples, _) = run(&program, &[]);
 
-            let time = (samples.len() - 1) as f64 * 1e-3;
+            let time = time(&samples);
             let best = rest_to_rest(&program);
             assert!(
                 time <= best + 1e-3,
@@ -298,7 +244,7 @@ fn a_circle_of_ten_thousand_chords_takes_its_length_over_feed_and_the_ramps() {
 
         let (samples, planner) = run(&program, &[]);
 
-        let time = (samples.len() - 1) as f64 * 1e-3;
+        let time = time(&samples);
         let ideal = length / feed + feed / 3000.0 + 0.03;
         println!(
             "circle at {feed} mm/s: {:.4} of length/feed and ramps, {} blocks",

@@ -2,6 +2,7 @@
 
 use fixed::types::I32F32;
 use hexstep::planner::{Limits, PathSetting, Planner, Sample};
+use rsruckig::prelude::*;
 
 /// xorshift64*, seeded.
 pub struct Random(u64);
@@ -400,4 +401,86 @@ pub fn rest_to_rest(program: &Program<6>) -> f64 {
         q = target.map(f64::from);
     }
     sum
+}
+
+/// A straight move from rest to rest, and what is the least along it: velocity, acceleration and jerk as shares of its way.
+pub struct Single {
+    pub program: Program<6>,
+    pub velocity: f64,
+    pub acceleration: f64,
+    pub jerk: f64,
+}
+
+impl Single {
+    /// One of random direction and limits, `share` of 2 a^3/j^2 long; `None` if that is less than half a step.
+    pub fn random(r: &mut Random, share: f64) -> Option<Self> {
+        let limits = random_limits(r);
+        let way = [0; 6].map(|_| r.between(-1.0, 1.0));
+        let slowest = |limit: &[f32; 6], way: &[f64; 6]| {
+            (0..6)
+                .map(|i| f64::from(limit[i]) / way[i].abs())
+                .fold(f64::MAX, f64::min)
+        };
+        let (a, j) = (
+            slowest(limits.acceleration(), &way),
+            slowest(limits.jerk(), &way),
+        );
+        let l = share * 2.0 * a * a * a / j / j;
+        let target = way.map(|t| (t * l).round() as i32);
+        if target == [0; 6] {
+            return None;
+        }
+        // Along the straight line to the whole steps.
+        let way = target.map(f64::from);
+        Some(Self {
+            program: Program {
+                limits,
+                path: PathSetting::new([0.003; 6], 0.01).unwrap(),
+                blocks: vec![(target, 0.0)],
+            },
+            velocity: slowest(limits.velocity(), &way),
+            acceleration: slowest(limits.acceleration(), &way),
+            jerk: slowest(limits.jerk(), &way),
+        })
+    }
+
+    /// The time-optimal jerk-limited profile's time, by another hand [s].
+    pub fn best(&self) -> f64 {
+        let mut input = InputParameter::<1>::new(None);
+        input.target_position[0] = 1.0;
+        input.max_velocity[0] = self.velocity;
+        input.max_acceleration[0] = self.acceleration;
+        input.max_jerk[0] = self.jerk;
+        let mut trajectory = Trajectory::<1>::new(None);
+        Ruckig::<1, ThrowErrorHandler>::new(None, 0.001)
+            .calculate(&input, &mut trajectory)
+            .unwrap();
+        trajectory.get_duration()
+    }
+}
+
+/// Forty short blocks with sharp corners, in all joints.
+pub fn zigzag(seed: u64, tolerance: f32) -> Program<6> {
+    let mut r = Random::new(seed + 77);
+    let limits = random_limits(&mut r);
+    let size = r.scale(30.0, 20_000.0);
+    let mut q = [0.0f64; 6];
+    let blocks = (0..40)
+        .map(|_| {
+            for x in &mut q {
+                *x += r.between(-size, size);
+            }
+            (q.map(|x| x.round() as i32), 0.0)
+        })
+        .collect();
+    Program {
+        limits,
+        path: PathSetting::new([1.0 / 320.0; 6], tolerance).unwrap(),
+        blocks,
+    }
+}
+
+/// Time of samples from rest to rest [s].
+pub fn time(samples: &[[f64; 6]]) -> f64 {
+    (samples.len() - 1) as f64 * 1e-3
 }

@@ -1,46 +1,37 @@
 //! Mixed motion for as long as one likes: paths with holds, overrides and trims, lines of counts, jogs, probe moves, and
 //! stops, one after the other on one machine that is never restarted. Every count exact, nothing drifts.
 
+mod common;
+
+use common::Random;
 use hexstep::controller::Probed;
 use hexstep::path::Target;
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep_host::machine::{self, Machine, StreamItem, TICK_HZ};
 
-/// Numbers that look random and are the same for the same seed (Vigna's splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: i64) -> i64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) % n.unsigned_abs()) as i64
-    }
-
-    fn place(&mut self) -> [i32; 6] {
-        [0; 6].map(|_| (self.below(120_001) - 60_000) as i32)
-    }
+/// Anywhere in the travel.
+fn place(r: &mut Random) -> [i32; 6] {
+    [0; 6].map(|_| (r.whole(120_001) - 60_000) as i32)
 }
 
 /// A path of some hundred targets, some of them far apart and some close by.
 fn path(r: &mut Random, from: [i32; 6]) -> Vec<Target<6>> {
     let mut q = from;
-    let count = 20 + r.below(300);
-    let size = [20, 400, 20_000][r.below(3) as usize];
+    let count = 20 + r.whole(300);
+    let size = [20, 400, 20_000][r.whole(3) as usize];
     (0..count)
         .map(|k| {
             for (i, x) in q.iter_mut().enumerate() {
                 let angle = k as f64 * 0.1 * (i + 1) as f64;
                 let way = match size {
                     400 => (angle.sin() * 400.0) as i64,
-                    size => r.below(2 * size + 1) - size,
+                    size => r.whole(2 * size + 1) - size,
                 };
                 *x = (i64::from(*x) + way).clamp(-60_000, 60_000) as i32;
             }
             Target {
                 steps: q,
-                duration: r.below(60) as f32 * 1e-3,
+                duration: r.whole(60) as f32 * 1e-3,
             }
         })
         .collect()
@@ -56,19 +47,19 @@ fn cues(r: &mut Random, m: &mut Machine<'_>) {
         };
         m.controller.add_cue(cue).unwrap();
     };
-    for _ in 0..r.below(6) {
-        at += r.below(400);
-        match r.below(4) {
+    for _ in 0..r.whole(6) {
+        at += r.whole(400);
+        match r.whole(4) {
             0 => {
                 add(at, Action::Hold);
-                at += 1 + r.below(600);
+                at += 1 + r.whole(600);
                 add(at, Action::Resume);
             }
-            1 => add(at, Action::Feed(0.1 + r.below(190) as f32 * 0.01)),
-            2 => add(at, Action::Rapid(0.05 + r.below(95) as f32 * 0.01)),
+            1 => add(at, Action::Feed(0.1 + r.whole(190) as f32 * 0.01)),
+            2 => add(at, Action::Rapid(0.05 + r.whole(95) as f32 * 0.01)),
             _ => {
-                let motor = r.below(6) as usize;
-                let steps = r.below(200) as i32 - 100;
+                let motor = r.whole(6) as usize;
+                let steps = r.whole(200) as i32 - 100;
                 add(at, Action::Trim { motor, steps });
                 at += 1;
                 add(at, Action::Trim { motor, steps: 0 });
@@ -89,23 +80,23 @@ fn mixed_motion(seconds: f64, seed: u64) -> u64 {
         let (mut at, mut made, mut steps) = ([0i64; 6], [0i64; 6], 0u64);
         while (m.now() as f64) < seconds * f64::from(TICK_HZ) {
             let here = m.controller.counts();
-            let wanted = match r.below(8) {
+            let wanted = match r.whole(8) {
                 0 => {
-                    let way = [0; 6].map(|_| r.below(4001) - 2000);
+                    let way = [0; 6].map(|_| r.whole(4001) - 2000);
                     let words = way.map(|n| n.to_string()).join(",");
                     assert_eq!(m.ask(&format!("$SEG={words},0.5")), "ok\r\n");
                     Some(std::array::from_fn(|i| at[i] + way[i]))
                 }
                 1 => {
-                    let steps = r.place();
+                    let steps = place(&mut r);
                     m.controller
                         .jog(&Target {
                             steps,
                             duration: 0.0,
                         })
                         .unwrap();
-                    if r.below(2) == 0 {
-                        m.run(40 * r.below(900) as u64);
+                    if r.whole(2) == 0 {
+                        m.run(40 * r.whole(900) as u64);
                         m.put(&[0x85]);
                         m.run_to_rest();
                         None
@@ -115,14 +106,14 @@ fn mixed_motion(seconds: f64, seed: u64) -> u64 {
                     }
                 }
                 2 => {
-                    let steps = r.place();
+                    let steps = place(&mut r);
                     m.controller
                         .probe(&Target {
                             steps,
                             duration: 0.0,
                         })
                         .unwrap();
-                    m.run(40 * (20 + r.below(400) as u64));
+                    m.run(40 * (20 + r.whole(400) as u64));
                     m.touch();
                     m.run_to_rest();
                     let found = m.controller.probed().is_some();

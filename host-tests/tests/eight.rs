@@ -1,5 +1,8 @@
 //! Eight motors: a two-sided machine's X Y Z B twice. In memory, and the Octopus's own firmware in the emulator.
 
+mod common;
+
+use common::pulses_of_lines;
 use hexstep::settings::Settings;
 use hexstep_host::emulator::{Emulator, OCTOPUS, Options, Pulses, octopus_from_environment};
 use hexstep_host::machine::{self, Machine};
@@ -39,18 +42,7 @@ fn path() -> Vec<String> {
 /// Runs lines that may belong to one stream.
 fn run(machine: &mut Machine<'_, 8>, lines: &[String]) -> Pulses {
     machine.take_trace();
-    for line in lines {
-        machine.say(line);
-        let mut answer = String::new();
-        while !answer.ends_with("ok\r\n") {
-            assert!(!answer.contains("error"), "{line}: {answer}");
-            machine.step();
-            answer += &machine.heard();
-        }
-    }
-    machine.run_to_rest();
-    machine.run(3);
-    Pulses::of_trace(&machine.take_trace())
+    pulses_of_lines(machine, lines)
 }
 
 fn with_eight<R>(body: impl FnOnce(&mut Machine<'_, 8>) -> R) -> R {

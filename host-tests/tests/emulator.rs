@@ -4,6 +4,9 @@
 //! `cargo xtask test` builds the firmware and names it in `HEXSTEP_FIRMWARE`. Without that these tests have nothing to
 //! boot and say so.
 
+mod common;
+
+use common::{Random, pulses_of_lines};
 use hexstep::path::Target;
 use hexstep::settings::Settings;
 use hexstep_host::emulator::{
@@ -521,58 +524,45 @@ fn the_image_behind_a_bootloader_starts_as_well() {
     assert_eq!(positions, [3, 0, 0, 0, 0, -3, 0, 0]);
 }
 
-/// Numbers that look random and are the same for the same seed (Vigna's splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: i64) -> i64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) % n.unsigned_abs()) as i64
-    }
-}
-
 /// A joint path of all kinds of moves, with holds, overrides and trims at given milliseconds; every fifth one is longer
 /// than the look-ahead.
 fn program(seed: u64) -> Vec<String> {
     let mut r = Random(seed);
     let mut lines = Vec::new();
-    let mut at = 5 + r.below(60);
-    for _ in 0..1 + r.below(5) {
-        let hold = 1 + r.below(120);
-        match r.below(5) {
+    let mut at = 5 + r.whole(60);
+    for _ in 0..1 + r.whole(5) {
+        let hold = 1 + r.whole(120);
+        match r.whole(5) {
             0 => {
                 lines.push(format!("$CUE={at},HOLD"));
                 lines.push(format!("$CUE={},RESUME", at + hold));
                 at += hold;
             }
-            1 => lines.push(format!("$CUE={at},FEED,{}", 10 + r.below(191))),
-            2 => lines.push(format!("$CUE={at},RAPID,{}", 5 + r.below(96))),
+            1 => lines.push(format!("$CUE={at},FEED,{}", 10 + r.whole(191))),
+            2 => lines.push(format!("$CUE={at},RAPID,{}", 5 + r.whole(96))),
             3 => lines.push(format!(
                 "$CUE={at},TRIM,{},{}",
-                r.below(6),
-                r.below(41) - 20
+                r.whole(6),
+                r.whole(41) - 20
             )),
             _ => lines.push(format!(
                 "$CUE={at},FEED,{}",
-                [50, 100, 200][r.below(3) as usize]
+                [50, 100, 200][r.whole(3) as usize]
             )),
         }
-        at += 1 + r.below(80);
+        at += 1 + r.whole(80);
     }
     let count = if seed.is_multiple_of(5) {
         120
     } else {
-        3 + r.below(30)
+        3 + r.whole(30)
     };
     let mut q = [0i64; 6];
-    let size = [3, 60, 1500][r.below(3) as usize];
+    let size = [3, 60, 1500][r.whole(3) as usize];
     for k in 0..count {
-        match r.below(4) {
+        match r.whole(4) {
             // All joints anywhere.
-            0 => q = q.map(|x| (x + r.below(2 * size + 1) - size).clamp(-4000, 4000)),
+            0 => q = q.map(|x| (x + r.whole(2 * size + 1) - size).clamp(-4000, 4000)),
             // A smooth piece.
             1 | 2 => {
                 for (i, x) in q.iter_mut().enumerate() {
@@ -583,32 +573,16 @@ fn program(seed: u64) -> Vec<String> {
             }
             // One joint, there and back.
             _ => {
-                let i = r.below(6) as usize;
-                q[i] = -q[i] + r.below(3) - 1;
+                let i = r.whole(6) as usize;
+                q[i] = -q[i] + r.whole(3) - 1;
             }
         }
         let words: Vec<String> = q.iter().map(i64::to_string).collect();
-        let ms = r.below(25);
+        let ms = r.whole(25);
         lines.push(format!("$MOVE={},0.{:03}", words.join(","), ms));
     }
     lines.push("$MOVE=END".into());
     lines
-}
-
-/// The pulses of a program whose lines come as fast as they are answered.
-fn in_memory(machine: &mut machine::Machine<'_>, lines: &[String]) -> Pulses {
-    for line in lines {
-        machine.say(line);
-        let mut answer = String::new();
-        while !answer.ends_with("ok\r\n") {
-            assert!(!answer.contains("error"), "{line}: {answer}");
-            machine.step();
-            answer += &machine.heard();
-        }
-    }
-    machine.run_to_rest();
-    machine.run(3);
-    Pulses::of_trace(&machine.take_trace())
 }
 
 /// Every line to both machines; the pulses of both.
@@ -619,7 +593,7 @@ fn on_both(
 ) -> (Pulses, Pulses) {
     machine.take_trace();
     emulator.take_recording();
-    let wanted = in_memory(machine, lines);
+    let wanted = pulses_of_lines(machine, lines);
     for line in lines {
         assert_eq!(ask(emulator, line), ["ok"], "{line}");
     }

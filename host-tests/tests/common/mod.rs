@@ -2,6 +2,25 @@
 #![allow(dead_code)]
 
 use hexstep::geometry::{Pose, Rotation, Vector};
+use hexstep_host::emulator::Pulses;
+use hexstep_host::machine::Machine;
+
+/// Says each line as soon as the one before is answered, and runs to rest; the pulses since the trace was last taken.
+#[track_caller]
+pub fn pulses_of_lines<const N: usize>(machine: &mut Machine<'_, N>, lines: &[String]) -> Pulses {
+    for line in lines {
+        machine.say(line);
+        let mut answer = String::new();
+        while !answer.ends_with("ok\r\n") {
+            assert!(!answer.contains("error"), "{line}: {answer}");
+            machine.step();
+            answer += &machine.heard();
+        }
+    }
+    machine.run_to_rest();
+    machine.run(3);
+    Pulses::of_trace(&machine.take_trace())
+}
 
 /// splitmix64: the same numbers on every machine.
 pub struct Random(pub u64);
@@ -22,6 +41,11 @@ impl Random {
 
     pub fn below(&mut self, n: usize) -> usize {
         (self.word() % n as u64) as usize
+    }
+
+    /// Uniform in 0 .. n.
+    pub fn whole(&mut self, n: i64) -> i64 {
+        self.below(n as usize) as i64
     }
 
     pub fn direction(&mut self) -> Vector<f64> {

@@ -316,49 +316,56 @@ fn planning(measured: &mut Measured) -> Outcome<()> {
 
 /// The arm against the crate rs-opw-kinematics, both in one run of a test, which alone may link that crate.
 fn peer(measured: &mut Measured) -> Outcome<()> {
-    const KEY: &str = "arm_against_peer_ratio";
     println!("the arm and its peer ...");
-    let mut command = cargo();
-    command
-        .args(["test", "--quiet", "--release", "--package", "host-tests"])
-        .args(["--test", "arm", "--", "--ignored", "--nocapture", "--exact"])
-        .arg("a_pose_takes_no_longer_than_in_the_peer");
-    let output = command
-        .output()
-        .map_err(|error| format!("{}: {error}", shown(&command)))?;
-    let said = String::from_utf8_lossy(&output.stdout);
     // If the test fails for being slower, the ratio still stands there.
-    let ratio = said
-        .lines()
-        .find_map(|line| line.strip_prefix(KEY)?.trim().parse().ok())
-        .ok_or_else(|| format!("{} gave no ratio", shown(&command)))?;
-    measured.set(KEY, ratio)
+    let said = said_by("arm", "a_pose_takes_no_longer_than_in_the_peer")?;
+    said.set("arm_against_peer_ratio", measured)
 }
 
-/// Limits, times and latencies of motion: a test that the daily loop leaves out prints a line for each.
+/// Limits, times and latencies of motion.
 fn motion(measured: &mut Measured) -> Outcome<()> {
     println!("motion: a thousand programs ...");
+    let said = said_by("planner", "figures::figures_of_motion")?;
+    if !said.passed {
+        return Err(format!("{} failed", said.command));
+    }
+    let mut figures = FIGURES.iter().filter(|f| f.key.starts_with("motion_"));
+    figures.try_for_each(|figure| said.set(figure.key, measured))
+}
+
+/// What a test has printed: a line `key value` for each of its figures.
+struct Said {
+    command: String,
+    passed: bool,
+    text: String,
+}
+
+impl Said {
+    fn set(&self, key: &'static str, measured: &mut Measured) -> Outcome<()> {
+        let value = self.text.lines().find_map(|line| {
+            let (name, value) = line.split_once(' ')?;
+            (name == key).then(|| value.trim().parse().ok())?
+        });
+        let value = value.ok_or_else(|| format!("{} gave no {key}", self.command))?;
+        measured.set(key, value)
+    }
+}
+
+/// Runs a test that the daily loop leaves out, in release.
+fn said_by(file: &str, test: &str) -> Outcome<Said> {
     let mut command = cargo();
     command
         .args(["test", "--quiet", "--release", "--package", "host-tests"])
-        .args(["--test", "planner", "--", "--ignored", "--nocapture"])
-        .args(["--exact", "figures::figures_of_motion"]);
+        .args(["--test", file, "--", "--ignored", "--nocapture", "--exact"])
+        .arg(test);
     let output = command
         .output()
         .map_err(|error| format!("{}: {error}", shown(&command)))?;
-    if !output.status.success() {
-        return Err(format!("{} failed", shown(&command)));
-    }
-    let said = String::from_utf8_lossy(&output.stdout);
-    for figure in FIGURES.iter().filter(|f| f.key.starts_with("motion_")) {
-        let value = said.lines().find_map(|line| {
-            let (key, value) = line.split_once(' ')?;
-            (key == figure.key).then(|| value.trim().parse().ok())?
-        });
-        let value = value.ok_or_else(|| format!("{} gave no {}", shown(&command), figure.key))?;
-        measured.set(figure.key, value)?;
-    }
-    Ok(())
+    Ok(Said {
+        command: shown(&command),
+        passed: output.status.success(),
+        text: String::from_utf8_lossy(&output.stdout).into_owned(),
+    })
 }
 
 fn best_of_three(work: impl Fn() -> Result<(), SurfaceError>) -> Outcome<f64> {

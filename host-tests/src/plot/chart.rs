@@ -1,6 +1,6 @@
 //! Line charts: many lines over one horizontal axis, with limits drawn in.
 
-use super::{AXIS, Anchor, Canvas, GRID, INK, LIMIT, number, path_data, range, ticks};
+use super::{Anchor, Canvas, GRID, INK, LIMIT, number, path_data, range, ticks};
 
 struct Line {
     name: String,
@@ -139,22 +139,7 @@ impl Chart {
             let label = number(y, y_digits);
             canvas.text((LEFT - 7.0, py + 4.0), Anchor::End, INK, 11.0, &label);
         }
-        canvas.line((LEFT, TOP), (LEFT, bottom), AXIS, 1.0, "");
-        canvas.line((LEFT, bottom), (right, bottom), AXIS, 1.0, "");
-        let middle = (LEFT + right) / 2.0;
-        canvas.text(
-            (middle, height - 7.0),
-            Anchor::Middle,
-            INK,
-            11.5,
-            &self.x_label,
-        );
-        canvas.put(format_args!(
-            r#"<g transform="translate(13 {:.1}) rotate(-90)">"#,
-            (TOP + bottom) / 2.0
-        ));
-        canvas.text((0.0, 0.0), Anchor::Middle, INK, 11.5, &self.y_label);
-        canvas.put(format_args!("</g>"));
+        canvas.axes((LEFT, TOP), (right, bottom), &self.x_label, &self.y_label);
 
         for line in &self.lines {
             let points = thinned(

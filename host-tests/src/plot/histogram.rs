@@ -1,6 +1,6 @@
 //! How often which value -> bars, with the ranges that others have reached beside them.
 
-use super::{AXIS, Anchor, Canvas, GRID, INK, LIMIT, number, ticks};
+use super::{Anchor, Canvas, GRID, INK, LIMIT, number, ticks};
 
 /// A histogram under construction.
 pub struct Histogram {
@@ -136,22 +136,7 @@ impl Histogram {
             };
             canvas.text((at, TOP + 27.0), anchor, LIMIT, 10.5, name);
         }
-        canvas.line((LEFT, TOP), (LEFT, bottom), AXIS, 1.0, "");
-        canvas.line((LEFT, bottom), (right, bottom), AXIS, 1.0, "");
-        let middle = (LEFT + right) / 2.0;
-        canvas.text(
-            (middle, height - 7.0),
-            Anchor::Middle,
-            INK,
-            11.5,
-            &self.x_label,
-        );
-        canvas.put(format_args!(
-            r#"<g transform="translate(13 {:.1}) rotate(-90)">"#,
-            (TOP + bottom) / 2.0
-        ));
-        canvas.text((0.0, 0.0), Anchor::Middle, INK, 11.5, "share [%]");
-        canvas.put(format_args!("</g>"));
+        canvas.axes((LEFT, TOP), (right, bottom), &self.x_label, "share [%]");
         canvas.put(format_args!(r#"<g font-weight="600">"#));
         canvas.text((LEFT, 17.0), Anchor::Start, INK, 12.5, &self.title);
         canvas.put(format_args!("</g>"));

@@ -128,22 +128,7 @@ impl Map {
                 &number(y, digits),
             );
         }
-        canvas.line((LEFT, TOP), (LEFT, bottom), AXIS, 1.0, "");
-        canvas.line((LEFT, bottom), (right, bottom), AXIS, 1.0, "");
-        let middle = (LEFT + right) / 2.0;
-        canvas.text(
-            (middle, height - 7.0),
-            Anchor::Middle,
-            INK,
-            11.5,
-            &self.labels.0,
-        );
-        canvas.put(format_args!(
-            r#"<g transform="translate(13 {:.1}) rotate(-90)">"#,
-            (TOP + bottom) / 2.0
-        ));
-        canvas.text((0.0, 0.0), Anchor::Middle, INK, 11.5, &self.labels.1);
-        canvas.put(format_args!("</g>"));
+        canvas.axes((LEFT, TOP), (right, bottom), &self.labels.0, &self.labels.1);
         self.bar(&mut canvas, right + 16.0, bottom);
         canvas.put(format_args!(r#"<g font-weight="600">"#));
         canvas.text((LEFT, 17.0), Anchor::Start, INK, 12.5, &self.title);

@@ -98,6 +98,26 @@ impl Canvas {
         ));
     }
 
+    /// The left and the lower axis of a plot between two corners, and what they are called.
+    fn axes(
+        &mut self,
+        (left, top): (f64, f64),
+        (right, bottom): (f64, f64),
+        x_label: &str,
+        y_label: &str,
+    ) {
+        self.line((left, top), (left, bottom), AXIS, 1.0, "");
+        self.line((left, bottom), (right, bottom), AXIS, 1.0, "");
+        let below = ((left + right) / 2.0, self.height - 7.0);
+        self.text(below, Anchor::Middle, INK, 11.5, x_label);
+        self.put(format_args!(
+            r#"<g transform="translate(13 {:.1}) rotate(-90)">"#,
+            (top + bottom) / 2.0
+        ));
+        self.text((0.0, 0.0), Anchor::Middle, INK, 11.5, y_label);
+        self.put(format_args!("</g>"));
+    }
+
     fn path(&mut self, data: &str, stroke: &str, width: f64, fill: &str, dash: &str) {
         let dash = dash_attribute(dash);
         self.put(format_args!(

@@ -1,6 +1,6 @@
 //! The report on lines of counts: every line beside its ideal straight line, and the pulses.
 
-use super::motors::{Channel, Motors, pulse_trains};
+use super::motors::{Channel, Motors, end_cell, pulse_trains};
 use super::{Cell, Report};
 use crate::job::{CountsJob, Job, Line, MOTORS};
 use crate::plot::number;
@@ -143,23 +143,8 @@ impl<'a> CountsFigures<'a> {
                 "Machine time",
                 format!("{} s", number(seconds(trace.end()), 3)).into(),
             ),
-            (
-                "Steps",
-                format!(
-                    "{} in {} ticks",
-                    number(self.motors.steps() as f64, 0),
-                    number(trace.ticks() as f64, 0)
-                )
-                .into(),
-            ),
-            (
-                "End",
-                if exact {
-                    "every motor exactly at its commanded count".into()
-                } else {
-                    Cell::Judged("motors not at their commanded counts".into(), false)
-                },
-            ),
+            ("Steps", self.motors.told_steps(trace.ticks()).into()),
+            ("End", end_cell(exact)),
             (
                 "Queue ran dry",
                 format!("{} times", self.outcome.starved).into(),

@@ -1,6 +1,6 @@
 //! The report on a drill point: motion, pulses, and the drill that they grind.
 
-use super::motors::{Channel, Motors, pulse_trains, told_end};
+use super::motors::{Channel, Motors, end_cell, pulse_trains, told_end};
 use super::{Cell, Feature, GroundDrill, Report, Stroke};
 use crate::job::{DrillJob, Job, MOTORS, Phi};
 use crate::plot::number;
@@ -89,13 +89,7 @@ impl<'a> DrillFigures<'a> {
                 seconds(trace.end()),
                 self.grinding()
             ),
-            format!(
-                "pulses   {} steps in {} ticks; simulated in {:.2} s, {:.1} million ticks/s",
-                number(self.motors.steps() as f64, 0),
-                number(trace.ticks() as f64, 0),
-                self.wall,
-                trace.ticks() as f64 / self.wall / 1e6
-            ),
+            self.motors.told_pulses(trace.ticks(), self.wall),
             told_end(self.is_exact(), self.outcome.starved),
             String::new(),
             format!(
@@ -217,11 +211,7 @@ impl<'a> DrillFigures<'a> {
             ),
             (
                 "End",
-                if self.is_exact() {
-                    "every motor exactly at its commanded count".into()
-                } else {
-                    Cell::Judged("motors not at their commanded counts".into(), false)
-                },
+                end_cell(self.is_exact()),
             ),
             (
                 "Queue ran dry",

@@ -4,6 +4,7 @@ use super::{Cell, Report};
 use crate::job::{AxisLimits, MOTORS, unit};
 use crate::plot::{Chart, Waves, colour, number};
 use crate::trace::{Change, Motion, MotorStatistics, TICK_HZ, Trace, seconds};
+use hexstep::stepper::Timing;
 
 /// What is to be shown of a motor, and in which unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +109,56 @@ pub fn told_end(is_exact: bool, starved: u32) -> String {
     format!("end      {end}; queue ran dry {starved} times")
 }
 
+/// The same in a table.
+pub fn end_cell(is_exact: bool) -> Cell {
+    if is_exact {
+        "every motor exactly at its commanded count".into()
+    } else {
+        Cell::Judged("motors not at their commanded counts".into(), false)
+    }
+}
+
 impl Motors {
+    pub fn told_steps(&self, ticks: u64) -> String {
+        let (steps, ticks) = (number(self.steps() as f64, 0), number(ticks as f64, 0));
+        format!("{steps} in {ticks} ticks")
+    }
+
+    /// What was put out, and how fast it was simulated in `wall` [s], in a line of a summary.
+    pub fn told_pulses(&self, ticks: u64, wall: f64) -> String {
+        format!(
+            "pulses   {} steps in {} ticks; simulated in {wall:.2} s, {:.1} million ticks/s",
+            number(self.steps() as f64, 0),
+            number(ticks as f64, 0),
+            ticks as f64 / wall / 1e6
+        )
+    }
+
+    /// The pins in the middle of a stretch of time [s], counts, and the least times at the pins.
+    pub fn pulse_section(
+        &self,
+        report: &mut Report,
+        trace: &Trace<6>,
+        names: &[String; 6],
+        (first, last): (f64, f64),
+        timing: &Timing,
+    ) {
+        report.section("Pulses");
+        let from = ((first + last) / 2.0 * TICK_HZ as f64) as u64;
+        report.figure(
+            &pulse_trains(
+                trace,
+                names,
+                "In the middle of the path",
+                from,
+                from + TICK_HZ / 1000,
+            ),
+            "One millisecond. All pins of a tick change together.",
+        );
+        self.counts_table(report);
+        self.timing_table(report, timing.least_period, timing.setup, timing.hold);
+    }
+
     /// A table of all motors for a summary: steps, end, and the largest values beside their limits; `first` heads it.
     pub fn limits_in_lines(&self, first: &str) -> Vec<String> {
         let mut lines = vec![format!(

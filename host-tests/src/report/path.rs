@@ -1,12 +1,12 @@
 //! The report on a path of joints: what every joint did, and how far the contour is off.
 
 use super::contour::ContourError;
-use super::motors::{Channel, Motors, Quantity, pulse_trains, told_end, window_for};
+use super::motors::{Channel, Motors, Quantity, end_cell, told_end, window_for};
 use super::{Cell, Report};
 use crate::job::{FIRST_TURNING, Job, MOTORS, Pace, PathJob};
 use crate::plot::{Chart, Drawing, Pen, colour, number};
 use crate::run::Outcome;
-use crate::trace::{TICK_HZ, seconds};
+use crate::trace::seconds;
 use hexstep::protocol::cue::{Action, Cue};
 
 /// Everything that a finished path job says.
@@ -109,13 +109,7 @@ impl<'a> PathFigures<'a> {
         let mut lines = vec![
             format!("path     {}", self.told_path()),
             format!("time     {}", self.told_time()),
-            format!(
-                "pulses   {} steps in {} ticks; simulated in {:.2} s, {:.1} million ticks/s",
-                number(self.motors.steps() as f64, 0),
-                number(trace.ticks() as f64, 0),
-                self.wall,
-                trace.ticks() as f64 / self.wall / 1e6
-            ),
+            self.motors.told_pulses(trace.ticks(), self.wall),
             format!(
                 "contour  off the path by at most {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
                 self.contour.largest * 1e3,
@@ -197,15 +191,7 @@ impl<'a> PathFigures<'a> {
         let mut rows: Vec<(&str, Cell)> = vec![
             ("Path", self.told_path().into()),
             ("Time", self.told_time().into()),
-            (
-                "Steps",
-                format!(
-                    "{} in {} ticks",
-                    number(self.motors.steps() as f64, 0),
-                    number(trace.ticks() as f64, 0)
-                )
-                .into(),
-            ),
+            ("Steps", self.motors.told_steps(trace.ticks()).into()),
             (
                 "Contour",
                 if self.keeps_contour() {
@@ -214,14 +200,7 @@ impl<'a> PathFigures<'a> {
                     Cell::Judged(contour, false)
                 },
             ),
-            (
-                "End",
-                if self.is_exact() {
-                    "every motor exactly at its commanded count".into()
-                } else {
-                    Cell::Judged("motors not at their commanded counts".into(), false)
-                },
-            ),
+            ("End", end_cell(self.is_exact())),
             (
                 "Queue ran dry",
                 format!("{} times", self.outcome.starved).into(),
@@ -300,23 +279,10 @@ impl<'a> PathFigures<'a> {
     }
 
     fn pulse_section(&self, report: &mut Report) {
-        report.section("Pulses");
-        let (first, last) = self.span();
-        let from = ((first + last) / 2.0 * TICK_HZ as f64) as u64;
-        report.figure(
-            &pulse_trains(
-                &self.outcome.trace,
-                &MOTORS.map(String::from),
-                "In the middle of the path",
-                from,
-                from + TICK_HZ / 1000,
-            ),
-            "One millisecond. All pins of a tick change together.",
-        );
-        self.motors.counts_table(report);
-        let t = &self.job.timing;
+        let (names, timing) = (MOTORS.map(String::from), &self.job.timing);
+        let trace = &self.outcome.trace;
         self.motors
-            .timing_table(report, t.least_period, t.setup, t.hold);
+            .pulse_section(report, trace, &names, self.span(), timing);
     }
 
     /// Stretch of time that charts show [s]: the motion with a little rest around it.

@@ -1,13 +1,13 @@
 //! The report on a job with poses: the tool in space, the joints that move it, and how far it was off, from the pulses.
 
-use super::motors::{Channel, Motors, Quantity, pulse_trains, told_end, window_for};
+use super::motors::{Channel, Motors, Quantity, told_end, window_for};
 use super::space::Space;
 use super::{Cell, Report};
 use crate::job::{AxisLimits, Job, Pace, PosesJob};
 use crate::plot::{Chart, Pen, colour, number};
 use crate::poses::{CHORDS, Measured};
 use crate::run::{Outcome, RunPoses};
-use crate::trace::{TICK_HZ, seconds};
+use crate::trace::seconds;
 
 /// Everything that a finished job with poses says.
 pub struct PosesFigures<'a> {
@@ -224,13 +224,7 @@ impl<'a> PosesFigures<'a> {
             format!("machine  {}", self.told_machine()),
             format!("path     {}", self.told_path()),
             format!("time     {}", self.told_time()),
-            format!(
-                "pulses   {} steps in {} ticks; simulated in {:.2} s, {:.1} million ticks/s",
-                number(self.motors.steps() as f64, 0),
-                number(trace.ticks() as f64, 0),
-                self.wall,
-                trace.ticks() as f64 / self.wall / 1e6
-            ),
+            self.motors.told_pulses(trace.ticks(), self.wall),
             format!("tip      {}{}", self.told_tip(), judged(self.keeps_tip())),
             format!(
                 "tool     {}{}",
@@ -280,12 +274,7 @@ impl<'a> PosesFigures<'a> {
             ("Tool", judged(self.told_angle(), self.keeps_angle())),
             (
                 "Steps",
-                format!(
-                    "{} in {} ticks",
-                    number(self.motors.steps() as f64, 0),
-                    number(self.outcome.trace.ticks() as f64, 0)
-                )
-                .into(),
+                self.motors.told_steps(self.outcome.trace.ticks()).into(),
             ),
             (
                 "End",
@@ -468,23 +457,9 @@ impl<'a> PosesFigures<'a> {
     }
 
     pub(super) fn pulse_section(&self, report: &mut Report) {
-        report.section("Pulses");
-        let (first, last) = self.span();
-        let from = ((first + last) / 2.0 * TICK_HZ as f64) as u64;
-        let names: [String; 6] = self.job.motor_names();
-        report.figure(
-            &pulse_trains(
-                &self.outcome.trace,
-                &names,
-                "In the middle of the path",
-                from,
-                from + TICK_HZ / 1000,
-            ),
-            "One millisecond. All pins of a tick change together.",
-        );
-        self.motors.counts_table(report);
-        let t = &self.job.timing;
+        let (names, timing) = (self.job.motor_names(), &self.job.timing);
+        let trace = &self.outcome.trace;
         self.motors
-            .timing_table(report, t.least_period, t.setup, t.hold);
+            .pulse_section(report, trace, &names, self.span(), timing);
     }
 }

@@ -156,13 +156,11 @@ struct Stretch<C, R, S> {
 type StretchOf<M, const N: usize, R> =
     Stretch<<M as Guide<N, R>>::Course, R, <M as Guide<N, R>>::Set>;
 
-/// Follows poses stretch by stretch, from the last solved set.
-pub struct Follower<'a, M, const N: usize, R: Real>
+/// Where a follower stands, for those who keep the machine elsewhere: [`Follower::resume`] goes on from here.
+pub struct State<M, const N: usize, R: Real>
 where
     M: Guide<N, R>,
 {
-    machine: &'a M,
-    tolerance: Tolerance<R>,
     /// End of the last block.
     at: End<M::Course, R>,
     set: M::Set,
@@ -172,6 +170,49 @@ where
     segment: u32,
 }
 
+// Not derived: the machine itself need not be one to copy.
+impl<M, const N: usize, R: Real> Clone for State<M, N, R>
+where
+    M: Guide<N, R>,
+{
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M, const N: usize, R: Real> Copy for State<M, N, R> where M: Guide<N, R> {}
+
+impl<M, const N: usize, R: Real> State<M, N, R>
+where
+    M: Guide<N, R>,
+{
+    /// At rest at a solved end.
+    pub fn at(start: End<M::Course, R>, set: M::Set) -> Self {
+        Self {
+            at: start,
+            set,
+            target: start,
+            stretch: None,
+            segment: 0,
+        }
+    }
+
+    /// Joints at the end of the last block.
+    pub fn set(&self) -> &M::Set {
+        &self.set
+    }
+}
+
+/// Follows poses stretch by stretch, from the last solved set.
+pub struct Follower<'a, M, const N: usize, R: Real>
+where
+    M: Guide<N, R>,
+{
+    machine: &'a M,
+    tolerance: Tolerance<R>,
+    state: State<M, N, R>,
+}
+
 impl<M, const N: usize, R: Real> core::fmt::Debug for Follower<'_, M, N, R>
 where
     M: Guide<N, R>,
@@ -179,7 +220,7 @@ where
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         // The machine's own types need not be shown.
         f.debug_struct("Follower")
-            .field("segment", &self.segment)
+            .field("segment", &self.state.segment)
             .finish_non_exhaustive()
     }
 }
@@ -199,20 +240,25 @@ where
         if !is_good(tolerance.tip) || !is_good(tolerance.axis) {
             return Err(Refusal::BadLimit);
         }
-        Ok(Self {
+        Ok(Self::resume(machine, tolerance, State::at(start, set)))
+    }
+
+    /// Goes on where a follower of the same machine stood.
+    pub fn resume(machine: &'a M, tolerance: Tolerance<R>, state: State<M, N, R>) -> Self {
+        Self {
             machine,
             tolerance,
-            at: start,
-            set,
-            target: start,
-            stretch: None,
-            segment: 0,
-        })
+            state,
+        }
+    }
+
+    pub fn state(&self) -> State<M, N, R> {
+        self.state
     }
 
     /// Joints at the end of the last block.
     pub fn set(&self) -> &M::Set {
-        &self.set
+        &self.state.set
     }
 
     /// Takes in the stretch to the next pose, when all blocks of the one before have been emitted; `end` gives its
@@ -224,10 +270,10 @@ where
         end: Option<M::Set>,
         feed: Feed<R>,
     ) -> Result<bool, Refused<R, M::Error>> {
-        if self.stretch.is_some() {
+        if self.state.stretch.is_some() {
             return Ok(false);
         }
-        let segment = self.segment;
+        let segment = self.state.segment;
         let refuse = |u, why| Refused { segment, u, why };
         let mut stretch = self
             .stretch_to(to, end, feed)
@@ -242,7 +288,7 @@ where
             };
             stretch.is_reconfigured = self
                 .machine
-                .is_reconfigured((&self.at, &self.set), (&to, &end));
+                .is_reconfigured((&self.state.at, &self.state.set), (&to, &end));
             if !stretch.is_reconfigured && !stretch.is_whole {
                 let before = self.walk(stretch)?;
                 let greedy = self
@@ -254,28 +300,56 @@ where
             stretch.is_whole |= stretch.is_reconfigured;
         }
         self.walk(stretch)?;
-        self.stretch = Some(stretch);
-        self.target = to;
+        self.state.stretch = Some(stretch);
+        self.state.target = to;
         Ok(true)
     }
 
     /// The next block of the stretch; `None` when the next CL point is wanted.
     pub fn next_block(&mut self) -> Option<Block<N, R, M::Set>> {
-        let stretch = self.stretch.as_mut()?;
-        // The walk in `push` went through here before: a second refusal cannot be.
+        // The walk in `push` went through here before: a refusal cannot be.
+        self.step().and_then(Result::ok)
+    }
+
+    /// Takes in the stretch to the next pose without walking it, for those who walk a copy of the follower: one block
+    /// at a time by [`Self::step`], so that none of it takes long. What was left of the stretch before is dropped.
+    pub fn lead(
+        &mut self,
+        to: End<M::Course, R>,
+        feed: Feed<R>,
+    ) -> Result<(), Refused<R, M::Error>> {
+        let segment = self.state.segment;
+        let stretch = self
+            .stretch_to(to, None, feed)
+            .map_err(|why| Refused {
+                segment,
+                u: R::ZERO,
+                why,
+            })?;
+        self.state.stretch = Some(stretch);
+        self.state.target = to;
+        Ok(())
+    }
+
+    /// The next block of the stretch, or why there is none: then the stretch is dropped.
+    // The types are those of the machine at hand; a name for them would have to carry all of its parameters.
+    #[allow(clippy::type_complexity)]
+    pub fn step(&mut self) -> Option<Result<Block<N, R, M::Set>, Refused<R, M::Error>>> {
+        let state = &mut self.state;
+        let stretch = state.stretch.as_mut()?;
         let walked = advance(
             self.machine,
             &self.tolerance,
-            self.segment,
-            &mut self.at,
-            &mut self.set,
+            state.segment,
+            &mut state.at,
+            &mut state.set,
             stretch,
         );
         if walked.is_err() || stretch.done >= PARTS {
-            self.stretch = None;
-            self.segment = self.segment.saturating_add(1);
+            state.stretch = None;
+            state.segment = state.segment.saturating_add(1);
         }
-        walked.ok()
+        Some(walked)
     }
 
     /// A measure of the joints' size, so that rounding can be told from change.
@@ -293,7 +367,7 @@ where
         feed: Feed<R>,
     ) -> Result<StretchOf<M, N, R>, Refusal<M::Error>> {
         let (Feed::Tip(amount) | Feed::Time(amount)) = feed;
-        let shift = M::Course::tip(&to) - M::Course::tip(&self.target);
+        let shift = M::Course::tip(&to) - M::Course::tip(&self.state.target);
         let is_still = shift.norm() <= R::ZERO;
         let has_speeds = self.machine.speeds().is_some();
         let needs_speeds = matches!(feed, Feed::Tip(_)) && is_still;
@@ -301,7 +375,7 @@ where
             return Err(Refusal::BadFeed);
         }
         Ok(Stretch {
-            way: M::Course::new(self.target, to).ok_or(Refusal::AntiParallel)?,
+            way: M::Course::new(self.state.target, to).ok_or(Refusal::AntiParallel)?,
             end,
             feed,
             is_whole: !self.tolerance.subdivide,
@@ -312,14 +386,14 @@ where
 
     /// Walks a stretch without emitting; returns the set before its last block.
     fn walk(&self, mut stretch: StretchOf<M, N, R>) -> Result<M::Set, Refused<R, M::Error>> {
-        let (mut at, mut set) = (self.at, self.set);
+        let (mut at, mut set) = (self.state.at, self.state.set);
         let mut before = set;
         while stretch.done < PARTS {
             before = set;
             advance(
                 self.machine,
                 &self.tolerance,
-                self.segment,
+                self.state.segment,
                 &mut at,
                 &mut set,
                 &mut stretch,

@@ -1,5 +1,8 @@
 //! What is to be traced, and the machine that traces it: waypoints -> joint targets in whole steps.
 
+pub mod arm;
+pub mod points;
+
 use crate::cycles::drill_point::Cycle;
 use crate::joints::Joints;
 use crate::kinematics::Kinematics;

@@ -3,27 +3,11 @@
 //! Lengths in mm, angles in degrees, here and nowhere below. A word changes one parameter; the line takes effect only if
 //! the drill can be ground with all of them.
 
-use super::words::{Decimal, number};
+use super::list::{self, BadWord, Word, word};
+use super::words::Decimal;
 use crate::cycles::drill_point::{Cycle, Drill, DrillPointError, Parameters, Passes, Variant};
 use crate::machines::drill_grinder::{DrillGrinder, StructureError};
-use crate::math::Real;
-use core::fmt::{self, Write};
-
-/// A parameter: its letter, its name and its default, which is the first example of Li & Chen.
-#[derive(Clone, Copy, Debug)]
-pub struct Word {
-    pub letter: char,
-    pub name: &'static str,
-    pub default: f32,
-}
-
-const fn word(letter: char, name: &'static str, default: f32) -> Word {
-    Word {
-        letter,
-        name,
-        default,
-    }
-}
+use core::fmt;
 
 /// All words, in the order in which they are shown.
 pub const WORDS: [Word; 19] = [
@@ -51,11 +35,7 @@ pub const WORDS: [Word; 19] = [
 /// Why a line of words is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    UnknownWord(char),
-    RepeatedWord(char),
-    BadNumber(char),
-    /// This count is not a whole number from 0 to 10000.
-    NotWhole(&'static str),
+    Word(BadWord),
     Drill(DrillPointError<f32>),
     Structure(StructureError),
 }
@@ -73,25 +53,9 @@ impl Default for DrillWords {
 impl DrillWords {
     /// These parameters with those of `text` (`D9.9,W1.63`) in their place. Nothing is checked but the words.
     pub fn with(&self, text: &str) -> Result<Self, Refusal> {
-        let mut changed = *self;
-        let mut seen = 0u32;
-        for word in text.split(',') {
-            let mut letters = word.chars();
-            let letter = letters.next().unwrap_or(' ');
-            let at = WORDS
-                .iter()
-                .position(|w| w.letter == letter)
-                .ok_or(Refusal::UnknownWord(letter))?;
-            if seen >> at & 1 != 0 {
-                return Err(Refusal::RepeatedWord(letter));
-            }
-            seen |= 1 << at;
-            let value = number(letters.as_str()).ok_or(Refusal::BadNumber(letter))?;
-            if let Some(slot) = changed.0.get_mut(at) {
-                *slot = value;
-            }
-        }
-        Ok(changed)
+        list::change(&WORDS, &self.0, text)
+            .map(Self)
+            .map_err(Refusal::Word)
     }
 
     /// The value of a word by its name; 0 for a name that is none.
@@ -106,10 +70,7 @@ impl DrillWords {
     /// The cycle and the arm that it is for; fails if the drill cannot be ground.
     pub fn build(&self) -> Result<(Cycle<f32>, DrillGrinder<f32>), Refusal> {
         let [d, w, p, c, r, f, s, a, b, n, k, e, o, h, q, v, i, l, m] = self.0;
-        let count = |value: f32, name| {
-            let whole = (0.0..=10_000.0).contains(&value) && value == Real::floor(value);
-            whole.then_some(value as u32).ok_or(Refusal::NotWhole(name))
-        };
+        let count = |value, name| list::whole(value, name, 10_000).map_err(Refusal::Word);
         let drill = Drill {
             diameter: d,
             web: w,
@@ -147,13 +108,7 @@ impl DrillWords {
 /// `D9.9,W1.63,...`
 impl fmt::Display for DrillWords {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (word, value)) in WORDS.iter().zip(&self.0).enumerate() {
-            if i > 0 {
-                f.write_char(',')?;
-            }
-            write!(f, "{}{}", word.letter, Decimal(*value))?;
-        }
-        Ok(())
+        list::write(&WORDS, &self.0, f)
     }
 }
 
@@ -161,18 +116,7 @@ impl fmt::Display for DrillWords {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::UnknownWord(letter) => {
-                write!(f, "UnknownField {letter}: expected one of ")?;
-                WORDS.iter().try_for_each(|w| f.write_char(w.letter))
-            }
-            Refusal::RepeatedWord(letter) => write!(f, "RepeatedField {letter}: expected once"),
-            Refusal::BadNumber(letter) => {
-                write!(f, "BadNumber {letter}: expected a decimal number")
-            }
-            Refusal::NotWhole(name) => write!(
-                f,
-                "OutOfRange {name}: expected a whole number from 0 to 10000"
-            ),
+            Refusal::Word(bad) => list::explain(&WORDS, *bad, f),
             Refusal::Drill(error) => {
                 write!(f, "{}", error.name())?;
                 if let Some(field) = error.field() {

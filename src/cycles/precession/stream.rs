@@ -153,6 +153,11 @@ impl<R: Real> Precession<R> {
         &self.process
     }
 
+    /// Whether a point has been taken.
+    pub fn has_point(&self) -> bool {
+        self.last.is_some()
+    }
+
     pub(super) fn has_begun(&self) -> bool {
         self.begun
     }

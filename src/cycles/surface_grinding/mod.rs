@@ -28,7 +28,7 @@ mod step;
 pub use contact::{Contact, Hertz, Material, Wheel, effective_modulus};
 pub use error::{Field, GrindingError};
 pub use grinding::{Depth, Grinding, Job};
-pub use pose::{flange, tool_pose};
+pub use pose::{flange, tool_pose, wheel_pose};
 pub use removal::{Removal, Sense, Stripe};
 pub use spacing::{Model, Pitch, pitch};
 pub use step::{Limit, Step, StepLimits};

@@ -10,13 +10,22 @@ pub fn tool_pose<R: Real>(
     shape: &Shape<R>,
     section: &Section<R>,
 ) -> Result<Pose<R>, GrindingError<R>> {
+    wheel_pose(shape.jet.s, shape.normal, section)
+}
+
+/// The same from a place [mm] and the unit normal there.
+pub fn wheel_pose<R: Real>(
+    at: Vector<R>,
+    normal: Vector<R>,
+    section: &Section<R>,
+) -> Result<Pose<R>, GrindingError<R>> {
     let pose = Pose {
         rotation: Rotation {
             n: section.feed,
             s: -section.cross,
-            a: -shape.normal,
+            a: -normal,
         },
-        p: shape.jet.s,
+        p: at,
     };
     check(&pose)?;
     Ok(pose)

@@ -1,0 +1,609 @@
+//! A six-axis arm: `$KIN=ARM6R`, `$PRECESS` and `$SURF`.
+//!
+//! | parameter | unit | what |
+//! |---|---|---|
+//! | `A` a1, a2, a3; `D` d1, d4, d6 | mm | the arm's lengths, those of an ER3B unless set; its ranges are `$1040`, `$1050` |
+//! | `TOOL` | mm | from the flange to the tip: the bonnet's centre, the wheel's contact |
+//! | `WORK` x, y, z | mm | the work's origin in the base, axes parallel |
+//! | `BRANCH` | | 0 ..= 7, or -1: the one with the least turning to the first point |
+//! | `AXIS` | deg | how far the tool may lean from where it should |
+//!
+//! Words: see [`PRECESS`] and [`SURF`]. Angles in degrees here and nowhere below.
+
+use super::given::{Given, MOST, Numbers, Parameter, PointLine, Running, Told, vector};
+use super::{Order, Processes, Progress, Standing, say};
+use crate::cycles::precession::{
+    Drive, FarEnd, FeedAt, Parameters, Precession, PrecessionError, Reference,
+};
+use crate::cycles::surface_grinding::{
+    Depth, Grinding, GrindingError, Job, Material, Model, Sense, Wheel,
+};
+use crate::error::Error;
+use crate::geometry::{Pose, Vector};
+use crate::joints::Joints;
+use crate::kinematics::follow::Tolerance;
+use crate::machines::arm::{Arm, Lengths, OneBranch, Refusal};
+use crate::math::Real;
+use crate::path::Target;
+use crate::path::arm::{ArmWork, Rows, SurfacePoint, WorkError};
+use crate::path::points::{PointPath, Shop, left_for_corners};
+use crate::planner::PathSetting;
+use crate::program::list::{Word, whole, word};
+use core::fmt::Write;
+
+/// Words of `$PRECESS`: angles in degrees, lengths in mm, times in s.
+pub const PRECESS: [Word; 21] = [
+    word('T', "theta", 20.0),
+    word('R', "bonnet_radius", 40.0),
+    word('H', "inward", 0.5),
+    word('V', "feed", 5.0),
+    // 0 at the contact, 1 at the ball's centre
+    word('C', "feed_at", 0.0),
+    // 0 time, 1 distance
+    word('M', "drive", 0.0),
+    word('W', "rate", 30.0),
+    word('P', "pitch", 60.0),
+    word('A', "alpha0", 0.0),
+    // 0 carried along, 1 locked to the feed
+    word('F', "reference", 0.0),
+    // First reference direction; 0, 0, 0: that of the first move
+    word('I', "ref_x", 0.0),
+    word('J', "ref_y", 0.0),
+    word('K', "ref_z", 0.0),
+    word('L', "ell", 127.0),
+    // 0 towards the spindle, 1 towards the surface
+    word('N', "far_end", 0.0),
+    word('E', "eps", 0.01),
+    word('D', "dpsi", 5.0),
+    word('X', "dt_max", 0.5),
+    word('Q', "w_rot", 20.0),
+    word('B', "dwell", 0.0),
+    // How far the tool is drawn back before and behind the path
+    word('O', "clear", 10.0),
+];
+
+/// Words of `$SURF`: lengths in mm, feed in mm/s, force in N.
+pub const SURF: [Word; 19] = [
+    // Radii of the wheel; 0: flat
+    word('R', "r_rim", 10.0),
+    word('C', "r_crown", 50.0),
+    // Half of its width; 0: not looked at
+    word('W', "half_width", 0.0),
+    word('E', "e1", 1_050_000.0),
+    word('N', "nu1", 0.2),
+    word('G', "e2", 206_000.0),
+    word('M', "nu2", 0.3),
+    word('F', "force", 30.0),
+    // Preston's coefficient in 1e-12 / Pa
+    word('K', "k", 5.0),
+    word('S', "rpm", 2800.0),
+    word('V', "feed", 20.0),
+    // 0 neglects the feed beside the rim, 1 against it, 2 with it
+    word('D', "sense", 0.0),
+    word('H', "scallop", 0.04),
+    word('Y', "margin", 0.02),
+    // 0 envelope, 1 additive
+    word('A', "model", 0.0),
+    // Depth of every row; 0: the feed is constant
+    word('P', "depth", 0.0),
+    // Every other row backwards
+    word('Z', "zigzag", 0.0),
+    // How far the wheel is lifted between rows, and how fast it comes down
+    word('O', "clear", 10.0),
+    word('Q', "plunge", 5.0),
+];
+
+const KIN: [Parameter; 6] = [
+    parameter("A", 0, 3),
+    parameter("D", 3, 3),
+    parameter("TOOL", 6, 1),
+    parameter("WORK", 7, 3),
+    parameter("BRANCH", 10, 1),
+    parameter("AXIS", 11, 1),
+];
+
+const fn parameter(name: &'static str, first: usize, count: usize) -> Parameter {
+    Parameter { name, first, count }
+}
+
+/// Share of the tolerances that the chords of the joints may use; the rest is for the planner's corners.
+const CHORDS: f32 = 0.85;
+/// Where nobody says otherwise, the branch is chosen.
+const ANY: f32 = -1.0;
+
+type Path = Running<ArmWork, OneBranch<f32>, 6>;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Asked {
+    #[default]
+    Precess,
+    Surf,
+}
+
+/// An arm with its tools.
+pub struct ArmProcesses {
+    /// The arm is the machine; else the motors are what they were.
+    pub(super) is_chosen: bool,
+    numbers: Numbers<12>,
+    precess: Given<{ PRECESS.len() }>,
+    surf: Given<{ SURF.len() }>,
+    asked: Asked,
+    sim: bool,
+    /// The next point begins a row.
+    begins: bool,
+    path: Option<Path>,
+}
+
+impl Default for ArmProcesses {
+    fn default() -> Self {
+        Self {
+            is_chosen: true,
+            numbers: Numbers {
+                table: &KIN,
+                values: [
+                    50.0, 270.0, 70.0, 320.0, 299.0, 78.5, 0.0, 0.0, 0.0, 0.0, ANY, 0.05,
+                ],
+            },
+            precess: Given::new(&PRECESS),
+            surf: Given::new(&SURF),
+            asked: Asked::Precess,
+            sim: false,
+            begins: false,
+            path: None,
+        }
+    }
+}
+
+/// The lengths of the arm, its tool, and where the work is.
+fn lengths(values: &[f32; 12]) -> Lengths<f32> {
+    let [a1, a2, a3, d1, d4, d6, ..] = *values;
+    Lengths {
+        a1,
+        a2,
+        a3,
+        d1,
+        d4,
+        d6,
+    }
+}
+
+fn check_kin(values: &[f32; 12], out: &mut dyn Write) -> Result<(), Error> {
+    let full = [[-1.0, 1.0]; 6];
+    let [.., branch, axis] = *values;
+    let good = Arm::new(lengths(values), full).is_ok()
+        && values.iter().all(|value| value.is_finite())
+        && (branch == ANY || whole(branch, "branch", 7).is_ok())
+        && axis > 0.0;
+    if good {
+        return Ok(());
+    }
+    say(
+        out,
+        format_args!(
+            "BadParameter: expected finite lengths, a2 and the forearm above 0 mm, BRANCH -1 to 7, AXIS above 0 deg"
+        ),
+    );
+    Err(Error::ValueRange)
+}
+
+fn precession(values: &[f32; PRECESS.len()]) -> Result<Parameters<f32>, &'static str> {
+    let get = |name| Given::get(values, &PRECESS, name);
+    let choice = |name: &'static str| whole(get(name), name, 1).map_err(|_| name);
+    let reference = Vector::new(get("ref_x"), get("ref_y"), get("ref_z"));
+    Ok(Parameters {
+        theta: get("theta").to_radians(),
+        bonnet_radius: get("bonnet_radius"),
+        inward: get("inward"),
+        feed: get("feed"),
+        feed_at: match choice("feed_at")? {
+            0 => FeedAt::Contact,
+            _ => FeedAt::Centre,
+        },
+        drive: match choice("drive")? {
+            0 => Drive::Time {
+                rate: get("rate").to_radians(),
+            },
+            _ => Drive::Distance {
+                pitch: get("pitch"),
+            },
+        },
+        alpha0: get("alpha0").to_radians(),
+        reference: match choice("reference")? {
+            0 => Reference::Transport,
+            _ => Reference::FeedLocked,
+        },
+        first_reference: (reference != Vector::ZERO).then_some(reference),
+        ell: get("ell"),
+        far_end: match choice("far_end")? {
+            0 => FarEnd::Spindle,
+            _ => FarEnd::Surface,
+        },
+        eps: get("eps"),
+        dpsi: get("dpsi").to_radians(),
+        dt_max: get("dt_max"),
+        w_rot: get("w_rot").to_radians(),
+        dwell: get("dwell"),
+    })
+}
+
+fn grinding(values: &[f32; SURF.len()]) -> Result<Rows, Result<GrindingError<f32>, &'static str>> {
+    let get = |name| Given::get(values, &SURF, name);
+    let choice = |name: &'static str, most| whole(get(name), name, most).map_err(|_| Err(name));
+    let radius = |name| Some(get(name)).filter(|r| *r != 0.0);
+    let job = Job {
+        wheel: Wheel {
+            rim: radius("r_rim"),
+            crown: radius("r_crown"),
+        },
+        wheel_material: Material {
+            modulus: get("e1"),
+            poisson: get("nu1"),
+        },
+        part_material: Material {
+            modulus: get("e2"),
+            poisson: get("nu2"),
+        },
+        force: get("force"),
+        k: get("k") * 1e-12,
+        rpm: get("rpm"),
+        feed: get("feed"),
+        sense: match choice("sense", 2)? {
+            0 => Sense::Neglected,
+            1 => Sense::Against,
+            _ => Sense::With,
+        },
+        scallop: get("scallop"),
+        margin: get("margin"),
+        model: match choice("model", 1)? {
+            0 => Model::Envelope,
+            _ => Model::Additive,
+        },
+        depth: match get("depth") {
+            0.0 => Depth::ConstantFeed,
+            depth => Depth::Constant(depth),
+        },
+    };
+    Ok(Rows {
+        grinding: Grinding::new(&job).map_err(Ok)?,
+        half_width: get("half_width"),
+        feed: job.feed,
+        zigzag: choice("zigzag", 1)? == 1,
+        rows: 0,
+    })
+}
+
+fn bad_choice(name: &str, out: &mut dyn Write) -> Error {
+    say(
+        out,
+        format_args!("OutOfRange {name}: expected the number of one of its choices, from 0 on"),
+    );
+    Error::ValueRange
+}
+
+/// How far a tool is drawn back, and how fast it comes.
+fn check_clear(clear: f32, plunge: f32, out: &mut dyn Write) -> Result<(), Error> {
+    if (0.0..=1000.0).contains(&clear) && plunge > 0.0 && plunge.is_finite() {
+        return Ok(());
+    }
+    say(
+        out,
+        format_args!("OutOfRange clear: expected 0 to 1000 mm, at a speed above 0 mm/s"),
+    );
+    Err(Error::ValueRange)
+}
+
+fn work_of_precess(
+    values: &[f32; PRECESS.len()],
+    out: &mut dyn Write,
+) -> Result<(ArmWork, [f32; 2]), Error> {
+    let parameters = precession(values).map_err(|name| bad_choice(name, out))?;
+    let made = Precession::new(&parameters).map_err(|error: PrecessionError| {
+        let field = error.field().map_or("", |field| field.name());
+        say(
+            out,
+            format_args!("{} {field}: {}", error.name(), error.remedy()),
+        );
+        Error::ValueRange
+    })?;
+    let clear = Given::get(values, &PRECESS, "clear");
+    check_clear(clear, parameters.feed, out)?;
+    Ok((ArmWork::Precession(made), [clear, parameters.feed]))
+}
+
+fn work_of_surf(
+    values: &[f32; SURF.len()],
+    out: &mut dyn Write,
+) -> Result<(ArmWork, [f32; 2]), Error> {
+    let rows = grinding(values).map_err(|bad| match bad {
+        Ok(error) => {
+            let field = error.field().map_or("", |field| field.name());
+            say(
+                out,
+                format_args!("{} {field}: {}", error.name(), error.remedy()),
+            );
+            Error::ValueRange
+        }
+        Err(name) => bad_choice(name, out),
+    })?;
+    if !(rows.half_width >= 0.0 && rows.half_width.is_finite()) {
+        say(
+            out,
+            format_args!("BadParameter half_width: expected at least 0 mm"),
+        );
+        return Err(Error::ValueRange);
+    }
+    let [clear, plunge] = ["clear", "plunge"].map(|name| Given::get(values, &SURF, name));
+    check_clear(clear, plunge, out)?;
+    Ok((ArmWork::Grinding(rows), [clear, plunge]))
+}
+
+impl ArmProcesses {
+    fn kin(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+    ) -> Result<Order, Error> {
+        let machine = if self.is_chosen {
+            "ARM6R"
+        } else {
+            "GRIND3P3R"
+        };
+        match (name, value) {
+            ("KIN", None) => {
+                let _ = write!(out, "[KIN:{machine}]\r\n");
+                return Ok(Order::Done);
+            }
+            ("KIN?", None) => {
+                let _ = write!(out, "[KIN:{machine}");
+                self.numbers.write(out);
+                let _ = out.write_str("]\r\n");
+                return Ok(Order::Done);
+            }
+            _ => {}
+        }
+        if !is_idle {
+            return Err(Error::NotIdle);
+        }
+        match (name, value) {
+            ("KIN", Some("ARM6R")) => self.is_chosen = true,
+            ("KIN", Some(_)) => return Err(Error::Unavailable),
+            (_, Some(value)) => {
+                let name = name.strip_prefix("KIN.").ok_or(Error::UnknownCommand)?;
+                let changed = self.numbers.with(name, value)?;
+                check_kin(&changed, out)?;
+                self.numbers.values = changed;
+            }
+            _ => return Err(Error::UnknownCommand),
+        }
+        Ok(Order::Done)
+    }
+
+    fn point(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
+        let path = self.path.as_mut().ok_or(Error::NotIdle)?;
+        let (numbers, count) = match PointLine::read(text)? {
+            PointLine::Row => {
+                self.begins = true;
+                return Ok(Order::Done);
+            }
+            PointLine::End => return path.take(None, out),
+            PointLine::Numbers(numbers, count) => (numbers, count),
+        };
+        if !matches!(count, 6 | 9 | MOST) {
+            return Err(Error::BadNumber);
+        }
+        let [.., k_f, k_c, tau] = numbers;
+        let point = SurfacePoint {
+            p: vector(&numbers, 0),
+            n: vector(&numbers, 3),
+            feed: (count >= 9).then(|| vector(&numbers, 6)),
+            curvature: [k_f, k_c, tau],
+            begins: core::mem::take(&mut self.begins),
+        };
+        path.take(Some(&point), out)
+    }
+
+    /// The arm as it stands.
+    fn guide(&self, standing: &Standing<6>) -> Result<OneBranch<f32>, Error> {
+        let Standing { scale, .. } = standing;
+        let ends = |steps: &[i32; 6]| scale.joints(steps).0;
+        let (lower, upper) = (ends(&scale.lower), ends(&scale.upper));
+        let limits = core::array::from_fn(|i| [lower[i], upper[i]]);
+        let values = &self.numbers.values;
+        let arm = Arm::new(lengths(values), limits).map_err(|_| Error::ValueRange)?;
+        let [_, _, _, _, _, _, tool, x, y, z, branch, _] = *values;
+        let at = |p| Pose {
+            p,
+            ..Pose::IDENTITY
+        };
+        Ok(OneBranch {
+            arm,
+            // Beyond the eight until it is chosen.
+            branch: branch.max(0.0) as u8,
+            tool: at(Vector::new(0.0, 0.0, tool)),
+            work: at(Vector::new(x, y, z)),
+            speeds: Some(Joints(standing.speeds)),
+        })
+    }
+
+    /// Largest way of the tip per unit of each joint [mm per rad].
+    fn levers(&self) -> [f32; 6] {
+        let Lengths { a1, a2, a3, d4, d6, .. } = lengths(&self.numbers.values);
+        let [_, _, _, _, _, _, tool, ..] = self.numbers.values;
+        let wrist = Real::abs(d6) + Real::abs(tool);
+        let elbow = Real::sqrt(a3 * a3 + d4 * d4) + wrist;
+        let shoulder = Real::abs(a2) + elbow;
+        // About its own axis the tool does not move.
+        [Real::abs(a1) + shoulder, shoulder, elbow, wrist, wrist, 0.0]
+    }
+
+    fn start_on(
+        &mut self,
+        standing: &Standing<6>,
+        out: &mut dyn Write,
+    ) -> Result<([f32; 6], f32), Error> {
+        let (work, [clear, plunge]) = match self.asked {
+            Asked::Precess => work_of_precess(&self.precess.values, out)?,
+            Asked::Surf => work_of_surf(&self.surf.values, out)?,
+        };
+        let tool = self.guide(standing)?;
+        let [.., branch, axis] = self.numbers.values;
+        let shop = Shop {
+            tool,
+            scale: standing.scale,
+            tolerance: Tolerance {
+                tip: CHORDS * standing.tolerance,
+                axis: CHORDS * axis.to_radians(),
+                subdivide: true,
+            },
+            is_chosen: branch != ANY,
+            clear,
+            plunge,
+        };
+        let near = standing.scale.joints(&standing.at);
+        self.begins = false;
+        self.path = Some(Path::new(PointPath::new(shop, work, near), self.sim));
+        // Where a joint hardly moves the tip, the tool's axis still feels it.
+        let contour = left_for_corners(standing.tolerance, CHORDS, 7);
+        let least = contour / (left_for_corners(1.0, CHORDS, 1) * axis.to_radians());
+        let levers = self.levers();
+        let weight = core::array::from_fn(|i| {
+            Real::max(levers[i], least) / standing.scale.steps_per_unit[i]
+        });
+        Ok((weight, contour))
+    }
+}
+
+impl<const N: usize> Processes<N> for ArmProcesses {
+    fn all_turn(&self) -> bool {
+        self.is_chosen
+    }
+
+    fn obey(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+    ) -> Result<Order, Error> {
+        let order = match name {
+            "PRECESS" => self.precess.obey(name, value, is_idle, out, |values, out| {
+                work_of_precess(values, out).map(|_| ())
+            })?,
+            "SURF" => self.surf.obey(name, value, is_idle, out, |values, out| {
+                work_of_surf(values, out).map(|_| ())
+            })?,
+            "POINT" => return self.point(value.ok_or(Error::UnknownCommand)?, out),
+            "MIRROR" => return Err(Error::Unavailable),
+            _ => return self.kin(name, value, is_idle, out),
+        };
+        if let Order::Run { sim } = order {
+            if !self.is_chosen || N != 6 {
+                say(out, format_args!("Expected an arm, see $KIN=ARM6R"));
+                return Err(Error::Unavailable);
+            }
+            self.sim = sim;
+            self.asked = match name {
+                "SURF" => Asked::Surf,
+                _ => Asked::Precess,
+            };
+        }
+        Ok(order)
+    }
+
+    fn start(
+        &mut self,
+        standing: &Standing<N>,
+        out: &mut dyn Write,
+    ) -> Result<PathSetting<N>, Error> {
+        let first = |values: &[f32; N]| values.first_chunk::<6>().copied();
+        let (Some(scale), Some(at), Some(speeds)) = (
+            standing.scale.first(),
+            standing.at.first_chunk::<6>().copied(),
+            first(&standing.speeds),
+        ) else {
+            return Err(Error::Unavailable);
+        };
+        let six = Standing {
+            scale,
+            at,
+            speeds,
+            tolerance: standing.tolerance,
+        };
+        let (weight, contour) = self.start_on(&six, out)?;
+        let all = core::array::from_fn(|i| weight.get(i).copied().unwrap_or(1.0));
+        PathSetting::new(all, contour).map_err(|_| {
+            self.path = None;
+            say(
+                out,
+                format_args!("BadLimit: expected a tolerance above 0 mm, see $1003"),
+            );
+            Error::ValueRange
+        })
+    }
+
+    fn next(&mut self, out: &mut dyn Write) -> Progress<N> {
+        let Some(path) = &mut self.path else {
+            return Progress::Over;
+        };
+        match path.next(out) {
+            Progress::Target(target) => Progress::Target(Target {
+                // There are six of them, as it was asked when the path began.
+                steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(0)),
+                duration: target.duration,
+            }),
+            Progress::Waits => Progress::Waits,
+            Progress::Busy => Progress::Busy,
+            Progress::Taken => Progress::Taken,
+            Progress::Refused(error) => Progress::Refused(error),
+            Progress::Over => Progress::Over,
+        }
+    }
+
+    fn is_trying(&self) -> bool {
+        self.path.as_ref().is_some_and(|path| path.path.is_trying())
+    }
+
+    fn stop(&mut self) {
+        self.path = None;
+    }
+}
+
+impl Told for WorkError {
+    fn name(&self) -> &'static str {
+        self.name()
+    }
+
+    fn remedy(&self) -> &'static str {
+        self.remedy()
+    }
+}
+
+impl Told for Refusal {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::NotReached => "Unreachable",
+            Self::OutOfTravel => "OutOfTravel",
+            _ => "NoBranch",
+        }
+    }
+
+    fn remedy(&self) -> &'static str {
+        match self {
+            Self::NotReached => "no joints of the branch reach this pose",
+            Self::OutOfTravel => "a joint would leave its range, see $1040 and $1050",
+            Self::WristSingular => "the wrist is stretched, within 1 deg",
+            Self::ElbowSingular => "the elbow is stretched or folded, within 1 deg",
+            Self::ShoulderSingular => "the wrist is above the base, within 1 mm of its axis",
+            Self::Jump { .. } => "a joint would jump by more than 30 deg",
+        }
+    }
+
+    fn joint(&self) -> Option<usize> {
+        match self {
+            Self::Jump { joint } => Some(usize::from(*joint)),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! What the processes have in common: their words, the numbers of a point, the look at a path that is not to be run.
+
+use super::{Order, Progress, say};
+use crate::error::Error;
+use crate::geometry::Vector;
+use crate::path::points::{Fault, PointPath, Process, Step, Tooled};
+use crate::path::{PathError, Target};
+use crate::program::list::{self, Word, reading};
+use crate::program::words::Decimal;
+use core::fmt::Write;
+
+/// The numbers of a point: place, normal, and more for some.
+pub const MOST: usize = 12;
+
+/// A line with a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointLine {
+    Row,
+    End,
+    /// This many numbers are there.
+    Numbers([f32; MOST], usize),
+}
+
+impl PointLine {
+    pub fn read(text: &str) -> Result<Self, Error> {
+        match text {
+            "ROW" => return Ok(Self::Row),
+            "END" => return Ok(Self::End),
+            _ => {}
+        }
+        let mut numbers = [0.0; MOST];
+        let mut count = 0;
+        for word in text.split(',') {
+            *numbers.get_mut(count).ok_or(Error::BadNumber)? =
+                reading(word).ok_or(Error::BadNumber)?;
+            count += 1;
+        }
+        if count < 6 {
+            return Err(Error::BadNumber);
+        }
+        Ok(Self::Numbers(numbers, count))
+    }
+}
+
+/// The vector whose numbers begin at `first`.
+pub fn vector(numbers: &[f32; MOST], first: usize) -> Vector<f32> {
+    let at = |i: usize| numbers.get(first + i).copied().unwrap_or_default();
+    Vector::new(at(0), at(1), at(2))
+}
+
+/// Parameters of a process in their table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Given<const K: usize> {
+    pub table: &'static [Word; K],
+    pub values: [f32; K],
+}
+
+impl<const K: usize> Given<K> {
+    pub fn new(table: &'static [Word; K]) -> Self {
+        Self {
+            table,
+            values: table.map(|word| word.default),
+        }
+    }
+
+    /// The line behind the process's name: shows, sets what `check` accepts, or says what is to be done. `check` writes
+    /// what it has against the values.
+    pub fn obey(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+        check: impl Fn(&[f32; K], &mut dyn Write) -> Result<(), Error>,
+    ) -> Result<Order, Error> {
+        let text = match value {
+            None => {
+                let _ = write!(out, "[{name}:");
+                let _ = list::write(self.table, &self.values, out);
+                let _ = out.write_str("]\r\n");
+                return Ok(Order::Done);
+            }
+            Some("STOP") => return Ok(Order::Stop),
+            Some(_) if !is_idle => return Err(Error::NotIdle),
+            Some("RUN") => return Ok(Order::Run { sim: false }),
+            Some("SIM") => return Ok(Order::Run { sim: true }),
+            Some(text) => text,
+        };
+        let changed = list::change(self.table, &self.values, text).map_err(|bad| {
+            let _ = out.write_str("[MSG:");
+            let _ = list::explain(self.table, bad, out);
+            let _ = out.write_str("]\r\n");
+            Error::ValueRange
+        })?;
+        check(&changed, out)?;
+        self.values = changed;
+        Ok(Order::Done)
+    }
+
+    /// A number by its name; NaN, which every check refuses, for a name that is none.
+    pub fn get(values: &[f32; K], table: &[Word; K], name: &str) -> f32 {
+        let found = table.iter().zip(values).find(|(word, _)| word.name == name);
+        found.map_or(f32::NAN, |(_, value)| *value)
+    }
+}
+
+/// Name and remedy of what a machine or a process refuses.
+pub trait Told {
+    fn name(&self) -> &'static str;
+    fn remedy(&self) -> &'static str;
+    /// The joint to blame.
+    fn joint(&self) -> Option<usize> {
+        None
+    }
+}
+
+/// A path under way, and what it comes to.
+pub struct Running<P, T, const M: usize>
+where
+    P: Process<End = crate::kinematics::follow::End<T::Course, f32>>,
+    T: Tooled<M>,
+{
+    pub path: PointPath<P, T, M>,
+    sim: bool,
+    blocks: u32,
+    /// Least time of all blocks [us].
+    time: u64,
+}
+
+impl<P, T, const M: usize> Running<P, T, M>
+where
+    P: Process<End = crate::kinematics::follow::End<T::Course, f32>>,
+    T: Tooled<M>,
+    P::Error: Told,
+    T::Error: Told,
+{
+    pub fn new(path: PointPath<P, T, M>, sim: bool) -> Self {
+        Self {
+            path,
+            sim,
+            blocks: 0,
+            time: 0,
+        }
+    }
+
+    /// Puts a point in, or `None` behind the last one.
+    pub fn take(&mut self, point: Option<&P::Point>, out: &mut dyn Write) -> Result<Order, Error> {
+        match self.path.take(point) {
+            Ok(()) => Ok(Order::Point),
+            Err(fault) => Err(refuse(self.path.points(), &fault, out)),
+        }
+    }
+
+    pub fn next(&mut self, out: &mut dyn Write) -> Progress<M> {
+        match self.path.next() {
+            Step::Waits if self.path.is_complete() => {
+                if self.sim {
+                    let ms = self.time / 1000;
+                    say(
+                        out,
+                        format_args!(
+                            "Simulated: {} points, {} blocks, {}.{:03} s at least, rapids not counted",
+                            self.path.points(),
+                            self.blocks,
+                            ms / 1000,
+                            ms % 1000
+                        ),
+                    );
+                }
+                Progress::Over
+            }
+            Step::Waits => Progress::Waits,
+            Step::Looked => Progress::Busy,
+            Step::Taken => Progress::Taken,
+            Step::Refused(fault) => Progress::Refused(refuse(self.path.points(), &fault, out)),
+            Step::Target(target) => self.count(target),
+        }
+    }
+
+    fn count(&mut self, target: Target<M>) -> Progress<M> {
+        self.blocks = self.blocks.saturating_add(1);
+        // A block of more than an hour counts as one of an hour.
+        self.time += u64::from((target.duration * 1e6) as u32);
+        if self.sim {
+            Progress::Busy
+        } else {
+            Progress::Target(target)
+        }
+    }
+}
+
+/// Says why the point `index` cannot be worked.
+fn refuse<P: Told, M: Told>(index: u32, fault: &Fault<P, M>, out: &mut dyn Write) -> Error {
+    let (name, remedy) = match fault {
+        Fault::Process(error) => (error.name(), error.remedy()),
+        Fault::Machine(error) => (error.name(), error.remedy()),
+        Fault::Path(PathError::OutOfReach) => ("OutOfReach", "a motor would leave its counter"),
+        Fault::Path(PathError::OutOfTravel { .. }) => (
+            "OutOfTravel",
+            "a joint would leave its travel, see $1040 and $1050",
+        ),
+        Fault::AntiParallel => (
+            "AntiParallel",
+            "neighbouring tool axes must not be opposite; insert points between them",
+        ),
+        Fault::BadFeed => ("BadLimit", "feed and tolerances must be greater than 0"),
+        Fault::Reconfigure => (
+            "Reconfigure",
+            "the joints would change to another solution with the tool in the work; begin a row there",
+        ),
+        Fault::Coarse => (
+            "Coarse",
+            "joints turn too fast beside a pole; lead the path farther from it, or widen $1003",
+        ),
+    };
+    let joint = match fault {
+        Fault::Machine(error) => error.joint(),
+        Fault::Path(PathError::OutOfTravel { joint }) => Some(*joint),
+        _ => None,
+    };
+    let _ = write!(out, "[MSG:{name} point {index}");
+    if let Some(joint) = joint {
+        let _ = write!(out, " joint {joint}");
+    }
+    let _ = write!(out, ": {remedy}]\r\n");
+    match fault {
+        Fault::Process(_) | Fault::BadFeed => Error::ValueRange,
+        _ => Error::BeyondTravel,
+    }
+}
+
+/// A parameter of the machine: its name, and where its numbers stand.
+pub struct Parameter {
+    pub name: &'static str,
+    pub first: usize,
+    pub count: usize,
+}
+
+/// Numbers of the machine with their names.
+pub struct Numbers<const K: usize> {
+    pub table: &'static [Parameter],
+    pub values: [f32; K],
+}
+
+impl<const K: usize> Numbers<K> {
+    /// The values with those of one parameter replaced.
+    pub fn with(&self, name: &str, text: &str) -> Result<[f32; K], Error> {
+        let parameter = self.table.iter().find(|p| p.name == name);
+        let parameter = parameter.ok_or(Error::UnknownCommand)?;
+        let mut changed = self.values;
+        let mut words = text.split(',');
+        let places = changed.get_mut(parameter.first..parameter.first + parameter.count);
+        for place in places.unwrap_or_default() {
+            *place = words.next().and_then(reading).ok_or(Error::BadNumber)?;
+        }
+        match words.next() {
+            None => Ok(changed),
+            Some(_) => Err(Error::BadNumber),
+        }
+    }
+
+    /// `TOOL=160|WORK=0,350,250`
+    pub fn write(&self, out: &mut dyn Write) {
+        for parameter in self.table {
+            let _ = write!(out, "|{}=", parameter.name);
+            let values = self.values.iter().skip(parameter.first);
+            for (i, value) in values.take(parameter.count).enumerate() {
+                let comma = if i == 0 { "" } else { "," };
+                let _ = write!(out, "{comma}{}", Decimal(*value));
+            }
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Processes that are fed with points over the serial line, and the machines they run on.
+//!
+//! | line | what it does |
+//! |---|---|
+//! | `$KIN`, `$KIN?` | shows the kinematics; with its parameters |
+//! | `$KIN=ARM6R`, `$KIN.TOOL=160` | chooses it; sets a parameter. At rest only |
+//! | `$PRECESS`, `$PRECESS=T20,V5` | shows, sets the parameters; so do `$SURF` and `$MIRROR` |
+//! | `$PRECESS=RUN`, `=SIM`, `=STOP` | points follow and are run, or looked at only; a controlled stop |
+//! | `$POINT=x,y,z,i,j,k,...` | a point [mm] and its normal, and what else the process wants; answered once it can be run |
+//! | `$POINT=ROW`, `$POINT=END` | the next point begins a row; there are no more |
+//!
+//! What an image of the firmware knows of it, its board says: [`NoProcesses`], [`ArmProcesses`] or [`PairProcesses`].
+
+mod all;
+mod arm;
+mod given;
+mod pair;
+
+pub use all::AllProcesses;
+pub use arm::ArmProcesses;
+pub use pair::PairProcesses;
+
+use crate::error::Error;
+use crate::path::{Scale, Target};
+use crate::planner::PathSetting;
+use core::fmt::Write;
+
+/// What a line of a process comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// All is done.
+    Done,
+    /// Points follow: to be run, or to be looked at only.
+    Run { sim: bool },
+    /// The process is to stop.
+    Stop,
+    /// A point has been put in; [`Processes::next`] tells what becomes of it.
+    Point,
+}
+
+/// Where the machine stands and what it can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standing<const N: usize> {
+    pub scale: Scale<N>,
+    /// [steps]
+    pub at: [i32; N],
+    /// Largest speeds [mm/s, rad/s].
+    pub speeds: [f32; N],
+    /// How far the tip may leave its path [mm].
+    pub tolerance: f32,
+}
+
+/// What has become of the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Progress<const N: usize> {
+    /// The next point is wanted.
+    Waits,
+    /// The point is still being looked at.
+    Busy,
+    /// It can be run: its line is to be answered.
+    Taken,
+    /// It cannot; why has been said.
+    Refused(Error),
+    Target(Target<N>),
+    /// Behind the last point.
+    Over,
+}
+
+/// What a machine knows beyond grinding drills.
+pub trait Processes<const N: usize>: Default {
+    /// Whether all motors turn, as those of an arm do.
+    fn all_turn(&self) -> bool {
+        false
+    }
+
+    /// Obeys `$name` or `$name=value`. What a refusal has to say is written to `out`.
+    fn obey(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+    ) -> Result<Order, Error>;
+
+    /// Begins the process whose line asked for it: how far its path may be left, joint by joint.
+    fn start(
+        &mut self,
+        standing: &Standing<N>,
+        out: &mut dyn Write,
+    ) -> Result<PathSetting<N>, Error>;
+
+    /// One block more.
+    fn next(&mut self, out: &mut dyn Write) -> Progress<N>;
+
+    /// Whether a line waits for its answer.
+    fn is_trying(&self) -> bool;
+
+    /// Forgets the path under way.
+    fn stop(&mut self);
+}
+
+/// None at all.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoProcesses;
+
+impl<const N: usize> Processes<N> for NoProcesses {
+    fn obey(
+        &mut self,
+        _: &str,
+        _: Option<&str>,
+        _: bool,
+        _: &mut dyn Write,
+    ) -> Result<Order, Error> {
+        Err(Error::Unavailable)
+    }
+
+    fn start(&mut self, _: &Standing<N>, _: &mut dyn Write) -> Result<PathSetting<N>, Error> {
+        Err(Error::Unavailable)
+    }
+
+    fn next(&mut self, _: &mut dyn Write) -> Progress<N> {
+        Progress::Over
+    }
+
+    fn is_trying(&self) -> bool {
+        false
+    }
+
+    fn stop(&mut self) {}
+}
+
+/// Says a line that nobody has asked for.
+fn say(out: &mut dyn Write, text: core::fmt::Arguments<'_>) {
+    // What does not fit is cut off: the caller has made sure of room.
+    let _ = write!(out, "[MSG:{text}]\r\n");
+}

@@ -360,6 +360,14 @@ impl<const N: usize, R: Real> Chain<N, R> {
         Ok(self)
     }
 
+    /// The same chain with the travel `lo ..= hi` [mm or rad] of joint `index`; unchanged if there is no such joint.
+    pub fn with_travel(mut self, index: usize, range: [R; 2]) -> Result<Self, ChainError> {
+        if let Some(joint) = self.joints.get_mut(index) {
+            *joint = joint.with_limits(range)?;
+        }
+        Ok(self)
+    }
+
     pub fn joints(&self) -> &[Joint<R>; N] {
         &self.joints
     }

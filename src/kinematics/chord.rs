@@ -57,36 +57,48 @@ pub struct ChainSet<const N: usize, R> {
     pub singular: bool,
 }
 
+/// Bounds for a chord between two sets, from `off(joints, wanted)`: how far a tip [mm] and its axis [rad] are from where
+/// they should be for a CL point.
+///
+/// What the ends themselves miss (a side that cannot reach the direction) does not count: it does not go away by halving.
+pub fn bound_of<const N: usize, R: Real>(
+    from: &ChainSet<N, R>,
+    to: &ChainSet<N, R>,
+    off: impl Fn(&Joints<N, R>, &ClPoint<R>) -> (R, R),
+) -> (R, Option<R>) {
+    let Some(way) = Way::new(from.at, to.at) else {
+        return unknown();
+    };
+    let ends = [from, to].map(|set| off(&set.q, &set.at));
+    let (tip, axis) = (ends[0].0.max(ends[1].0), ends[0].1.max(ends[1].1));
+    sampled(|u| {
+        let (p, o) = off(&between(&from.q, &to.q, u), &way.at(u));
+        ((p - tip).max(R::ZERO), (o - axis).max(R::ZERO))
+    })
+}
+
 /// Bounds for a chord of a chain.
 pub fn chain_bound<const N: usize, R: Real>(
     series: &Series<'_, R>,
     from: &ChainSet<N, R>,
     to: &ChainSet<N, R>,
 ) -> (R, Option<R>) {
-    let most = R::of(MOST_TURN);
-    let change = to.q.zip_map(&from.q, |to, from| to - from);
-    let mut joints = series.joints.iter().zip(&change.0);
-    let is_small = joints.all(|(joint, change)| {
-        // False for a NaN as well.
-        joint.motion() != Motion::Rotary || change.abs() <= most
-    });
-    let Some(way) = Way::new(from.at, to.at).filter(|_| is_small) else {
+    if !turns_little(series, &from.q.0, &to.q.0) {
         return unknown();
-    };
-    // What the ends themselves miss (a side that cannot reach the direction) does not go away by halving.
-    let miss = |set: &ChainSet<N, R>| {
-        let (p, o) = series.tip(&set.q.0);
-        ((p - set.at.p()).norm(), o.angle_to(set.at.v()))
-    };
-    let (ends_a, ends_b) = (miss(from), miss(to));
-    let off = [ends_a.0.max(ends_b.0), ends_a.1.max(ends_b.1)];
-    sampled(|u| {
-        let (p, o) = series.tip(&between(&from.q, &to.q, u).0);
-        let wanted = way.at(u);
-        (
-            ((p - wanted.p()).norm() - off[0]).max(R::ZERO),
-            (o.angle_to(wanted.v()) - off[1]).max(R::ZERO),
-        )
+    }
+    bound_of(from, to, |q, wanted| {
+        let (p, o) = series.tip(&q.0);
+        ((p - wanted.p()).norm(), o.angle_to(wanted.v()))
+    })
+}
+
+/// Whether no joint turns by more than [`MOST_TURN`].
+pub fn turns_little<R: Real>(series: &Series<'_, R>, from: &[R], to: &[R]) -> bool {
+    let most = R::of(MOST_TURN);
+    let mut joints = series.joints.iter().zip(from.iter().zip(to));
+    joints.all(|(joint, (from, to))| {
+        // False for a NaN as well.
+        joint.motion() != Motion::Rotary || (*to - *from).abs() <= most
     })
 }
 
@@ -97,31 +109,27 @@ pub struct Paced<M, const N: usize, R> {
     pub speeds: Option<Joints<N, R>>,
 }
 
-/// Any chain: damped Newton from the joints before, five conditions.
-impl<const N: usize, R: Real> Guide<N, R> for Paced<Chain<N, R>, N, R> {
+/// A machine of which nothing but joints needs to be known from one CL point to the next: [`Paced`] makes a [`Guide`] of it.
+pub trait Reach<const N: usize, R: Real> {
+    type Error: Copy;
+
+    /// Joints for a CL point, nearest to those before.
+    fn reach(&self, at: &ClPoint<R>, before: &Joints<N, R>) -> Result<ChainSet<N, R>, Self::Error>;
+
+    /// As [`Guide::bound`].
+    fn bound(&self, from: &ChainSet<N, R>, to: &ChainSet<N, R>) -> (R, Option<R>);
+
+    /// Whether a turning joint goes by more than half a turn.
+    fn winds(&self, from: &Joints<N, R>, to: &Joints<N, R>) -> bool;
+}
+
+impl<M: Reach<N, R>, const N: usize, R: Real> Guide<N, R> for Paced<M, N, R> {
     type Course = Way<R>;
     type Set = ChainSet<N, R>;
-    type Error = Failure<R>;
+    type Error = M::Error;
 
-    fn solve(
-        &self,
-        at: &ClPoint<R>,
-        before: &ChainSet<N, R>,
-    ) -> Result<ChainSet<N, R>, Failure<R>> {
-        let target = Target::TipAxis {
-            p: at.p(),
-            o: at.v(),
-        };
-        let found = self
-            .machine
-            .inverse(&target, &before.q, &Tolerance::default());
-        found
-            .map(|answer| ChainSet {
-                q: answer.q,
-                at: *at,
-                singular: false,
-            })
-            .map_err(|refused| refused.why)
+    fn solve(&self, at: &ClPoint<R>, before: &ChainSet<N, R>) -> Result<ChainSet<N, R>, M::Error> {
+        self.machine.reach(at, &before.q)
     }
 
     fn joints(&self, set: &ChainSet<N, R>) -> Joints<N, R> {
@@ -139,7 +147,7 @@ impl<const N: usize, R: Real> Guide<N, R> for Paced<Chain<N, R>, N, R> {
         _length: R,
         _chord: R,
     ) -> (R, Option<R>) {
-        chain_bound(&self.machine.series(), from, to)
+        self.machine.bound(from, to)
     }
 
     fn is_reconfigured(
@@ -147,7 +155,7 @@ impl<const N: usize, R: Real> Guide<N, R> for Paced<Chain<N, R>, N, R> {
         (_, from): (&ClPoint<R>, &ChainSet<N, R>),
         (_, to): (&ClPoint<R>, &ChainSet<N, R>),
     ) -> bool {
-        winds(&self.machine.series(), &from.q.0, &to.q.0)
+        self.machine.winds(&from.q, &to.q)
     }
 
     fn is_singular(&self, set: &ChainSet<N, R>) -> bool {
@@ -156,6 +164,34 @@ impl<const N: usize, R: Real> Guide<N, R> for Paced<Chain<N, R>, N, R> {
 
     fn speeds(&self) -> Option<Joints<N, R>> {
         self.speeds
+    }
+}
+
+/// Any chain: damped Newton from the joints before, five conditions.
+impl<const N: usize, R: Real> Reach<N, R> for Chain<N, R> {
+    type Error = Failure<R>;
+
+    fn reach(&self, at: &ClPoint<R>, before: &Joints<N, R>) -> Result<ChainSet<N, R>, Failure<R>> {
+        let target = Target::TipAxis {
+            p: at.p(),
+            o: at.v(),
+        };
+        let found = self.inverse(&target, before, &Tolerance::default());
+        found
+            .map(|answer| ChainSet {
+                q: answer.q,
+                at: *at,
+                singular: false,
+            })
+            .map_err(|refused| refused.why)
+    }
+
+    fn bound(&self, from: &ChainSet<N, R>, to: &ChainSet<N, R>) -> (R, Option<R>) {
+        chain_bound(&self.series(), from, to)
+    }
+
+    fn winds(&self, from: &Joints<N, R>, to: &Joints<N, R>) -> bool {
+        winds(&self.series(), &from.0, &to.0)
     }
 }
 

@@ -472,19 +472,16 @@ impl Reader<'_> {
         chain: Chain<6, f64>,
         joints: &[PoseJoint],
     ) -> Result<Chain<6, f64>, JobError> {
-        let mut list = *chain.joints();
-        for (index, (joint, of)) in list.iter_mut().zip(joints).enumerate() {
-            let (lo, hi) = of.limits.travel;
-            let travel = [of.to_library(lo), of.to_library(hi)];
-            *joint = joint.with_limits(travel).map_err(|_| {
-                self.refuse(&format!("travel[{index}]"), "BadLimit", "expected lo < hi")
-            })?;
-        }
-        let series = chain.series();
-        Chain::new(list)
-            .with_homes(series.tool_home, series.work_home)
-            .and_then(|made| made.with_tool(series.tip, series.axis))
-            .map_err(|_| self.refuse("model", "BadPose", "the machine cannot be computed with"))
+        joints
+            .iter()
+            .enumerate()
+            .try_fold(chain, |chain, (index, of)| {
+                let (lo, hi) = of.limits.travel;
+                let travel = [of.to_library(lo), of.to_library(hi)];
+                chain.with_travel(index, travel).map_err(|_| {
+                    self.refuse(&format!("travel[{index}]"), "BadLimit", "expected lo < hi")
+                })
+            })
     }
 }
 

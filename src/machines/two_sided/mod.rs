@@ -37,6 +37,7 @@ mod side;
 mod trim;
 
 pub use direction::Kind;
+pub use guide::{AtWall, PairGuide};
 pub use presets::{m4, m4_1, m4_2, m5, m5_1, m5_2};
 pub use side::{Side, SideError, SideSolution, SideSolutions};
 pub use trim::Trim;

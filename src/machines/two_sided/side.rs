@@ -136,6 +136,12 @@ impl<const N: usize, R: Real> Side<N, R> {
         &self.chain
     }
 
+    /// Whether a solution of this kind stands at a pole, or of two rotaries on the border of what they can reach. One
+    /// rotary has one solution everywhere else, and that is nothing to warn of.
+    pub fn is_singular(&self, kind: Kind) -> bool {
+        kind == Kind::Infinite || kind == Kind::One && matches!(self.heading, Heading::Two(_))
+    }
+
     /// Tip [mm] and unit tool axis in this side's work frame.
     pub fn forward(&self, q: &Joints<N, R>) -> (Vector<R>, Vector<R>) {
         self.chain.tip(q)

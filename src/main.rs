@@ -10,7 +10,7 @@
 
 mod boards;
 
-use boards::MOTORS;
+use boards::{MOTORS, Processes};
 use core::mem::MaybeUninit;
 
 use boards::stm32f407::{Hardware, REST_PERIOD};
@@ -28,7 +28,7 @@ fn main() -> ! {
     static mut BYTES: ByteQueue = ByteQueue::new();
     static mut SEGMENTS: SegmentQueue<MOTORS> = SegmentQueue::new();
     static mut PLANNER: MaybeUninit<Planner<MOTORS>> = MaybeUninit::uninit();
-    static mut CONTROLLER: MaybeUninit<Controller<'static, Hardware, MOTORS>> =
+    static mut CONTROLLER: MaybeUninit<Controller<'static, Hardware, MOTORS, Processes>> =
         MaybeUninit::uninit();
 
     let (bytes_in, bytes_out) = BYTES.split();

@@ -193,6 +193,8 @@ const fn default_turning(motors: usize) -> u8 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings<const N: usize = AXES> {
     values: [[f32; N]; TABLE.len()],
+    /// All motors turn, whatever `$376` says: those of an arm.
+    all_turn: bool,
 }
 
 impl<const N: usize> Default for Settings<N> {
@@ -209,11 +211,33 @@ impl<const N: usize> Default for Settings<N> {
             })
         });
         values[TURNING] = [f32::from(turning >> FIRST_TURNING); N];
-        Self { values }
+        Self {
+            values,
+            all_turn: false,
+        }
     }
 }
 
 impl<const N: usize> Settings<N> {
+    /// Whether all motors turn, as those of an arm do: it changes what their numbers mean, not the numbers.
+    pub fn turn_all(&mut self, all: bool) {
+        self.all_turn = all;
+    }
+
+    /// Largest speed of each motor [mm/s, rad/s].
+    pub fn speeds(&self) -> [f32; N] {
+        let scale = self.steps_per_joint_unit();
+        core::array::from_fn(|i| {
+            let steps = self.values[RATE][i] / 60.0 * self.values[STEPS][i];
+            steps / scale[i]
+        })
+    }
+
+    /// How far the tool may leave its path [mm].
+    pub fn tolerance(&self) -> f32 {
+        self.values[TOLERANCE][0]
+    }
+
     /// The value behind a `$` number.
     pub fn get(&self, number: u16) -> Option<f32> {
         let (row, axis) = find::<N>(number)?;
@@ -284,6 +308,9 @@ impl<const N: usize> Settings<N> {
 
     /// Motors that turn, bit i for motor i; the others slide.
     pub fn turning(&self) -> u8 {
+        if self.all_turn {
+            return 0xff;
+        }
         (self.values[TURNING][0] as u8) << FIRST_TURNING
     }
 

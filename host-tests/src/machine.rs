@@ -17,6 +17,7 @@ use hexstep::controller::{Controller, StreamError};
 use hexstep::error::Error;
 use hexstep::path::Target;
 use hexstep::planner::{Limits, Planner};
+use hexstep::program::processes::AllProcesses;
 use hexstep::protocol::{ByteQueue, RealTime, Receiver};
 use hexstep::settings::AXES;
 use hexstep::stepper::{Interpolator, PinPort, SegmentQueue, Shared, StepMode, StepTimer, Timing};
@@ -54,6 +55,9 @@ impl Board for MemoryBoard<'_> {
     }
 }
 
+/// A controller of the memory board: it has room for all processes.
+pub type MemoryController<'a, const N: usize> = Controller<'a, MemoryBoard<'a>, N, AllProcesses>;
+
 /// What a stream is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StreamItem<const N: usize = AXES> {
@@ -89,7 +93,7 @@ type Pins<'a, const N: usize> = PinPort<Pin<'a>, Pin<'a>, N>;
 
 /// A controller with its N motors. Made by [`with`] and [`with_motors`].
 pub struct Machine<'a, const N: usize = AXES> {
-    pub controller: Controller<'a, MemoryBoard<'a>, N>,
+    pub controller: MemoryController<'a, N>,
     interpolator: Interpolator<'a, N>,
     receiver: Receiver<'a>,
     shared: &'a Shared,
@@ -213,7 +217,7 @@ impl<const N: usize> Machine<'_, N> {
     /// The same, with a look at the controller whenever it has nothing left to move.
     pub fn run_to_rest_watched(
         &mut self,
-        mut watch: impl FnMut(&Controller<'_, MemoryBoard<'_>, N>),
+        mut watch: impl FnMut(&MemoryController<'_, N>),
     ) {
         loop {
             while self.controller.poll() {}

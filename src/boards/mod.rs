@@ -20,3 +20,11 @@ pub use board::BOARD;
 
 /// Motors of the board.
 pub const MOTORS: usize = BOARD.motors.len();
+
+/// What the machine on this board knows beyond grinding drills.
+#[cfg(feature = "skr-pro-arm")]
+pub type Processes = hexstep::program::processes::ArmProcesses;
+#[cfg(feature = "octopus")]
+pub type Processes = hexstep::program::processes::PairProcesses;
+#[cfg(not(any(feature = "skr-pro-arm", feature = "octopus")))]
+pub type Processes = hexstep::program::processes::NoProcesses;

@@ -4,6 +4,7 @@ use super::answers::LONGEST_ANSWER;
 use super::trims::Follow;
 use super::{Controller, Job, StreamError};
 use crate::board::Board;
+use crate::program::processes::Processes;
 use crate::error::Error;
 use crate::path::{PathError, Target};
 use crate::program::words::Decimal;
@@ -13,17 +14,18 @@ use crate::settings::LETTERS;
 use crate::stepper::{CountError, CountLine, Preset};
 
 /// When a line is answered.
-enum Done {
+pub(super) enum Done {
     Now,
     Later,
 }
 
-impl<B: Board, const N: usize> Controller<'_, B, N> {
+impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     /// Whether a line may be taken now: at rest, or as the next target of a stream.
     pub(super) fn takes_lines(&self) -> bool {
         let free = match &self.job {
             Job::None => self.planner.is_idle() && self.pending.is_none(),
             Job::Stream { waiting, .. } => waiting.is_none(),
+            Job::Process { waits, .. } => *waits,
             _ => false,
         };
         free && !self.planner.is_held() && !self.resetting
@@ -58,7 +60,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             Command::Nothing => {}
             Command::Help => {
                 self.answers.line(format_args!(
-                    "[HLP:$$ $n=v $I $X $STAT $SEG= $MOVE= $CUE= $TRIM $TRIM= $DRILL $DRILL= $DRILL=RUN ? ! ~ ctrl-x]"
+                    "[HLP:$$ $n=v $I $X $STAT $SEG= $MOVE= $CUE= $TRIM $TRIM= $DRILL $DRILL= $DRILL=RUN $KIN $PRECESS $SURF $MIRROR $POINT= ? ! ~ ctrl-x]"
                 ));
             }
             Command::Settings => {
@@ -125,6 +127,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                 }
                 self.end_stream();
             }
+            Command::Process { name, value } => return self.obey_process(name, value),
             Command::TrimShow => self.list_trims(),
             Command::TrimZero => self.remove_trims(),
             Command::Trim { motor, value } => self.trim(motor, value)?,

@@ -14,6 +14,7 @@
 mod answers;
 mod lines;
 mod motion;
+mod process;
 mod real_time;
 mod trims;
 
@@ -24,6 +25,7 @@ use crate::error::{Alarm, Error};
 use crate::path::{DrillPath, Scale, Target};
 use crate::planner::{Planner, Sample};
 use crate::program::DrillWords;
+use crate::program::processes::{NoProcesses, Processes};
 use crate::protocol::cue::Cues;
 use crate::protocol::report::State;
 use crate::protocol::{LineReader, RealTime};
@@ -54,16 +56,24 @@ enum Job<const N: usize> {
     },
     /// Like a stream that has begun; any hold drops it.
     Jog,
+    /// Points of a process come from outside, one by one.
+    Process {
+        /// As in a stream.
+        begun: bool,
+        /// The next point is wanted.
+        waits: bool,
+    },
     /// One move that ends at a contact.
     Probe,
     Counts(CountLine<N>),
 }
 
-/// Everything above the segment queue of N motors. One for a machine, driven by `poll` alone.
-pub struct Controller<'a, B: Board, const N: usize = AXES> {
+/// Everything above the segment queue of N motors, with the processes P. One for a machine, driven by `poll` alone.
+pub struct Controller<'a, B: Board, const N: usize = AXES, P: Processes<N> = NoProcesses> {
     pub board: B,
     settings: Settings<N>,
     drill: DrillWords,
+    processes: P,
     flags: &'a RealTime,
     bytes: heapless::spsc::Consumer<'a, u8>,
     reader: LineReader,
@@ -97,7 +107,7 @@ pub struct Controller<'a, B: Board, const N: usize = AXES> {
     started: bool,
 }
 
-impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
+impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
     /// A controller at rest at position 0. `planner` may be anything, it begins anew; `bytes` and
     /// `flags` come from the serial interrupt, `segments` and `shared` go to the step interrupt.
     pub fn new(
@@ -108,7 +118,9 @@ impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
         segments: SegmentSender<'a, N>,
         shared: &'a Shared,
     ) -> Self {
-        let settings = Settings::<N>::default();
+        let processes = P::default();
+        let mut settings = Settings::<N>::default();
+        settings.turn_all(processes.all_turn());
         // The defaults are within their own ranges; a test holds them to it.
         planner.reset([0; N]);
         // At most eight, as the settings have it.
@@ -117,6 +129,7 @@ impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
         Self {
             board,
             drill: DrillWords::default(),
+            processes,
             flags,
             bytes,
             reader: LineReader::default(),
@@ -201,6 +214,9 @@ impl<'a, B: Board, const N: usize> Controller<'a, B, N> {
             Job::Stream {
                 begun: false,
                 waiting: None
+            } | Job::Process {
+                begun: false,
+                waits: true
             }
         );
         waits && !self.planner.is_full() && self.motors_rest() && self.bytes.is_empty()

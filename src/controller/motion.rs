@@ -2,6 +2,7 @@
 
 use super::{Controller, Job};
 use crate::board::Board;
+use crate::program::processes::Processes;
 use crate::cycles::drill_point::Cycle;
 use crate::error::{Alarm, Error};
 use crate::machines::drill_grinder::DrillGrinder;
@@ -44,7 +45,7 @@ pub enum StreamError {
     TooLong,
 }
 
-impl<B: Board, const N: usize> Controller<'_, B, N> {
+impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     // ---- what can be asked for ----
 
     /// Grinds; the whole path is walked before anything moves, and the line `$DRILL=RUN` that this stands for is answered
@@ -172,6 +173,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             Job::Counts(_) => return,
             // Ends by itself, with what it has found.
             Job::Probe | Job::Jog => {}
+            Job::Process { .. } => self.end_process(),
             _ => self.job = Job::None,
         }
         if !self.planner.is_idle() || self.planner.is_held() {
@@ -203,7 +205,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         }
     }
 
-    fn push_target(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
+    pub(super) fn push_target(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
         match self.planner.push(target.steps, target.duration) {
             Ok(()) => Ok(true),
             Err(PushError::Full) => Ok(false),
@@ -286,7 +288,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
     fn take_sample(&mut self) -> Option<Sample<N>> {
         let flows = match &self.job {
             Job::Path(_) => self.planner.is_full(),
-            Job::Stream { begun, .. } => {
+            Job::Stream { begun, .. } | Job::Process { begun, .. } => {
                 self.planner.is_full()
                     || self.planner.is_held()
                     || *begun && self.ahead.len() < LOW_WATER
@@ -306,7 +308,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
             self.tick_trims();
         }
         let held = self.planner.is_held();
-        if let Job::Stream { begun, .. } = &mut self.job {
+        if let Job::Stream { begun, .. } | Job::Process { begun, .. } = &mut self.job {
             *begun = sample.is_some() || *begun && held;
         }
         let sample = sample.or_else(|| {
@@ -359,6 +361,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                 let pushed = self.push_target(&target);
                 self.answer_push(pushed);
             }
+            Job::Process { .. } => return self.feed_process(),
             Job::Check { walk, .. } => match walk.next() {
                 Some(Ok(_)) => {}
                 Some(Err(error)) => {
@@ -392,7 +395,11 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         }
         let open = matches!(
             self.job,
-            Job::Check { .. } | Job::Path(_) | Job::Stream { .. } | Job::Counts(_)
+            Job::Check { .. }
+                | Job::Path(_)
+                | Job::Stream { .. }
+                | Job::Process { .. }
+                | Job::Counts(_)
         );
         if open || !self.planner.is_idle() || self.planner.is_held() || self.pending.is_some() {
             return false;

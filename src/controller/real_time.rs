@@ -2,6 +2,7 @@
 
 use super::{Controller, Job};
 use crate::board::Board;
+use crate::program::processes::Processes;
 use crate::error::Alarm;
 use crate::protocol::RealTime;
 use crate::protocol::report::{self, State, Status};
@@ -11,7 +12,7 @@ use fixed::types::I32F32;
 /// Room that a status report needs.
 const STATUS: usize = 260;
 
-impl<B: Board, const N: usize> Controller<'_, B, N> {
+impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     pub(super) fn serve_real_time(&mut self) -> bool {
         let reset = self.flags.take(RealTime::RESET);
         if reset {
@@ -65,7 +66,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
     pub fn resume(&mut self) {
         if self.planner.is_held() {
             self.planner.resume();
-        } else if let Job::Stream { begun, .. } = &mut self.job {
+        } else if let Job::Stream { begun, .. } | Job::Process { begun, .. } = &mut self.job {
             *begun = true;
         }
     }
@@ -86,6 +87,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         } else if self.is_moving() || self.planner.is_held() {
             // A path that has not begun, or is held, is dropped.
             self.job = Job::None;
+            self.processes.stop();
             self.planner.stop();
             self.resetting = true;
         } else {
@@ -101,6 +103,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
         self.stopping = Some(alarm);
         self.planner.abort();
         self.job = Job::None;
+        self.processes.stop();
         self.pending = None;
         self.ahead.clear();
         self.cues.clear();

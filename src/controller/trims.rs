@@ -15,10 +15,11 @@
 use super::answers::LONGEST_ANSWER;
 use super::{Controller, Job};
 use crate::board::Board;
+use crate::program::processes::Processes;
 use crate::cycles::mirror_trim::{Parameters, Trimmer};
 use crate::error::Error;
 use crate::joints::Joints;
-use crate::machines::two_sided::{self, Pair};
+use crate::machines::two_sided::Pair;
 use crate::math::Real;
 use crate::protocol::RealTime;
 use crate::settings::LETTERS;
@@ -75,7 +76,7 @@ impl<const N: usize> Trims<N> {
     }
 }
 
-impl<B: Board, const N: usize> Controller<'_, B, N> {
+impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     /// What the operator's bytes ask for.
     pub(super) fn serve_trims(&mut self) -> bool {
         if self.answers.room() < ANSWER {
@@ -195,9 +196,7 @@ impl<B: Board, const N: usize> Controller<'_, B, N> {
                 ));
             }
         }
-        let Ok(pair) = two_sided::m4() else {
-            return Err(Error::Unavailable);
-        };
+        let pair = self.processes.pair(&self.scale(), &mut self.answers)?;
         self.zero_trims();
         // Older than the stream.
         let _ = self.flags.take_reading();

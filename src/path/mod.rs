@@ -1,6 +1,7 @@
 //! What is to be traced, and the machine that traces it: waypoints -> joint targets in whole steps.
 
 pub mod arm;
+pub mod pair;
 pub mod points;
 
 use crate::cycles::drill_point::Cycle;

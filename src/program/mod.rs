@@ -2,6 +2,7 @@
 
 pub mod drill;
 pub mod list;
+pub mod processes;
 pub mod words;
 
 pub use drill::{DrillWords, Refusal};

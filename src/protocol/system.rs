@@ -49,6 +49,11 @@ pub enum Command<'a, const N: usize = AXES> {
         misses: i32,
     },
     TrimOff,
+    /// A process's own line: `name` or `name=value`.
+    Process {
+        name: &'a str,
+        value: Option<&'a str>,
+    },
     Cue {
         /// Milliseconds of the motion.
         at: u32,
@@ -77,9 +82,18 @@ pub fn parse<const N: usize>(line: &Line) -> Result<Command<'_, N>, Error> {
         "TRIM=OFF" => Command::TrimOff,
         "DRILL=RUN" => Command::DrillRun,
         "MOVE=END" => Command::MoveEnd,
+        "KIN" | "KIN?" | "PRECESS" | "SURF" | "MIRROR" => Command::Process {
+            name: rest,
+            value: None,
+        },
         _ => {
             let (name, value) = rest.split_once('=').ok_or(Error::UnknownCommand)?;
+            let is_process = matches!(name, "KIN" | "PRECESS" | "SURF" | "MIRROR" | "POINT");
             match name {
+                _ if is_process || name.starts_with("KIN.") => Command::Process {
+                    name,
+                    value: Some(value),
+                },
                 "DRILL" => Command::DrillSet(value),
                 "SEG" => counts(value)?,
                 "MOVE" => target(value)?,

@@ -27,7 +27,7 @@ pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
 pub use drill::{DrillJob, Phi};
 pub use mirror::MirrorJob;
-pub use model::{Model, PoseJoint, PoseMachine, side_error_name};
+pub use model::{Model, PoseJoint, PoseMachine};
 pub use path::{Block, PathJob};
 pub use points::{Pace, PathPoint};
 pub use poses::{Motion, PoseRow, PosesJob};

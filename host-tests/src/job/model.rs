@@ -365,7 +365,7 @@ impl Reader<'_> {
         let joints = self.joints(&kinds)?;
         let chain = self.limited(chain, &joints)?;
         let machine = Side::new(chain).map_err(|error| {
-            let name = side_error_name(&error);
+            let name = error.name();
             self.refuse("pair", name, "the side cannot be computed with")
         })?;
         let name = format!("{}-{}", pairs[pair], ["mill", "support"][side.min(1)]);
@@ -520,19 +520,4 @@ fn padded<const N: usize>(chain: &Chain<N, f64>) -> Chain<6, f64> {
         .with_homes(series.tool_home, series.work_home)
         .and_then(|made| made.with_tool(series.tip, series.axis))
         .expect("the homes and the tool of a chain that exists")
-}
-
-/// The specification's name of a side's error.
-pub fn side_error_name<const N: usize>(error: &SideError<N, f64>) -> &'static str {
-    match error {
-        SideError::TooManyRotaries => "TooManyRotaries",
-        SideError::NeedThreeLinears => "NeedThreeLinears",
-        SideError::LinearAxesDependent => "LinearAxesDependent",
-        SideError::ParallelAxes => "ParallelAxes",
-        SideError::ToolAlongAxis => "ToolAlongAxis",
-        SideError::NonFinite => "NonFinite",
-        SideError::BadDirection => "BadDirection",
-        SideError::Unreachable { .. } => "Unreachable",
-        SideError::OutOfTravel { .. } => "OutOfTravel",
-    }
 }

@@ -7,7 +7,7 @@
 //! The planner measures the contour in the joints, each weighed with the way that
 //! it carries the tip; parts of it may add up in the tip, one of all joints that slide and one of each that turns.
 
-use crate::job::{Job, JobError, Model, Pace, PoseMachine, PoseRow, PosesJob, side_error_name};
+use crate::job::{Job, JobError, Model, Pace, PoseMachine, PoseRow, PosesJob};
 use crate::reference::matrix::distance;
 use hexstep::geometry::{Pose, Rotation, Vector};
 use hexstep::joints::Joints;
@@ -264,7 +264,7 @@ impl Walk<'_> {
                 ),
             ),
             other => (
-                side_error_name(other),
+                other.name(),
                 "the machine cannot take this pose".into(),
             ),
         };

@@ -38,7 +38,7 @@ mod trim;
 
 pub use direction::Kind;
 pub use guide::{AtWall, PairGuide};
-pub use presets::{m4, m4_1, m4_2, m5, m5_1, m5_2};
+pub use presets::{FourAxes, m4, m4_1, m4_2, m5, m5_1, m5_2};
 pub use side::{Side, SideError, SideSolution, SideSolutions};
 pub use trim::Trim;
 
@@ -62,6 +62,32 @@ pub enum PairError<const N1: usize, const N2: usize, R> {
     },
     Mill(SideError<N1, R>),
     Support(SideError<N2, R>),
+}
+
+impl<const N1: usize, const N2: usize, R> PairError<N1, N2, R> {
+    /// The name under which every interface reports it.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::BadWall => "BadWall",
+            Self::BadNormal => "BadNormal",
+            Self::NonFinite => "NonFinite",
+            Self::WorkChainsDiffer { .. } => "WorkChainsDiffer",
+            Self::Mill(error) => error.name(),
+            Self::Support(error) => error.name(),
+        }
+    }
+
+    /// What was expected, as a sentence.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::BadWall => "the wall must be finite and above 0 mm",
+            Self::BadNormal => "a normal must be longer than 1e-6",
+            Self::NonFinite => "every number must be finite",
+            Self::WorkChainsDiffer { .. } => "both sides must share their work chain",
+            Self::Mill(error) => error.remedy(),
+            Self::Support(error) => error.remedy(),
+        }
+    }
 }
 
 /// Both tips [mm] and unit tool axes (tip into body) in the work frame of side 1.

@@ -13,7 +13,7 @@
 
 use super::{Pair, PairError};
 use crate::geometry::{Pose, Rotation, Vector};
-use crate::kinematics::chain::{Carries, Chain, Joint};
+use crate::kinematics::chain::{Carries, Chain, ChainError, Joint};
 use crate::math::Real;
 
 #[derive(Clone, Copy)]
@@ -72,6 +72,51 @@ fn five<R: Real>(face: Face, b: f64, a: f64) -> Chain<5, R> {
         tool,
         work,
     )
+}
+
+/// Dimensions of a dual four-axis machine that is built as M4, mill first; lengths in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FourAxes<R> {
+    /// Turning axes: direction (any length from 1e-6) and a point.
+    pub axes: [(Vector<R>, Vector<R>); 2],
+    /// Height of the tips at home.
+    pub tips: [R; 2],
+    /// Origin of both work frames at home.
+    pub origin: Vector<R>,
+    /// Travel of X1 Y1 Z1 B1 X2 Y2 Z2 B2 [mm, rad]; infinite where there is none.
+    pub travel: [[R; 2]; 8],
+}
+
+impl<R: Real> Default for FourAxes<R> {
+    /// M4.
+    fn default() -> Self {
+        let at = |z| Vector::new(R::ZERO, R::ZERO, R::of(z));
+        Self {
+            axes: [(Vector::Y, at(450.0)), (Vector::Y, at(-430.0))],
+            tips: [R::of(50.0), R::of(-50.0)],
+            origin: Vector::new(R::of(600.0), R::of(450.0), R::ZERO),
+            travel: [[-R::INFINITY, R::INFINITY]; 8],
+        }
+    }
+}
+
+impl<R: Real> FourAxes<R> {
+    /// Milling and supporting side. Fails with `NonFinite`, `BadAxis` or `BadLimit`.
+    pub fn chains(&self) -> Result<[Chain<4, R>; 2], ChainError> {
+        let [mill, support] = [(Face::Mill, 0), (Face::Support, 1)].map(|(face, side)| {
+            let (axis, point) = self.axes[side];
+            let turning = Joint::rotary(Carries::Tool, axis, point, R::ZERO)?;
+            let [x, y, z] = face.linears();
+            let (mut tool, mut work) = face.homes();
+            (tool.p.z, work.p) = (self.tips[side], self.origin);
+            let mut chain = Chain::new([x, y, z, turning]).with_homes(tool, work)?;
+            for (index, range) in self.travel.iter().skip(4 * side).take(4).enumerate() {
+                chain = chain.with_travel(index, *range)?;
+            }
+            Ok(chain)
+        });
+        Ok([mill?, support?])
+    }
 }
 
 /// Milling side of the dual four-axis machine: X, Y, Z, B.

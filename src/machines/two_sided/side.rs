@@ -45,6 +45,38 @@ pub enum SideError<const N: usize, R> {
     },
 }
 
+impl<const N: usize, R> SideError<N, R> {
+    /// The name under which every interface reports it.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::TooManyRotaries => "TooManyRotaries",
+            Self::NeedThreeLinears => "NeedThreeLinears",
+            Self::LinearAxesDependent => "LinearAxesDependent",
+            Self::ParallelAxes => "ParallelAxes",
+            Self::ToolAlongAxis => "ToolAlongAxis",
+            Self::NonFinite => "NonFinite",
+            Self::BadDirection => "BadDirection",
+            Self::Unreachable { .. } => "Unreachable",
+            Self::OutOfTravel { .. } => "OutOfTravel",
+        }
+    }
+
+    /// What was expected, as a sentence.
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::TooManyRotaries => "a side may have two axes that turn at most",
+            Self::NeedThreeLinears => "a side needs three axes that slide",
+            Self::LinearAxesDependent => "three sliding axes must not lie in a plane",
+            Self::ParallelAxes => "two turning axes must not be parallel",
+            Self::ToolAlongAxis => "the tool must not lie along the axis that turns it",
+            Self::NonFinite => "every number must be finite, and within reach of its digits",
+            Self::BadDirection => "a direction must be longer than 1e-6",
+            Self::Unreachable { .. } => "no angles give this tool axis",
+            Self::OutOfTravel { .. } => "a joint would leave its travel, see $1040 and $1050",
+        }
+    }
+}
+
 /// All the ways to one target, rotaries in (-pi, pi], limits not looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SideSolutions<const N: usize, R> {

@@ -24,7 +24,6 @@ use crate::joints::Joints;
 use crate::kinematics::follow::Tolerance;
 use crate::machines::arm::{Arm, Lengths, OneBranch, Refusal};
 use crate::math::Real;
-use crate::path::Target;
 use crate::path::arm::{ArmWork, Rows, SurfacePoint, WorkError};
 use crate::path::points::{PointPath, Shop, left_for_corners};
 use crate::planner::PathSetting;
@@ -544,20 +543,9 @@ impl<const N: usize> Processes<N> for ArmProcesses {
     }
 
     fn next(&mut self, out: &mut dyn Write) -> Progress<N> {
-        let Some(path) = &mut self.path else {
-            return Progress::Over;
-        };
-        match path.next(out) {
-            Progress::Target(target) => Progress::Target(Target {
-                // There are six of them, as it was asked when the path began.
-                steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(0)),
-                duration: target.duration,
-            }),
-            Progress::Waits => Progress::Waits,
-            Progress::Busy => Progress::Busy,
-            Progress::Taken => Progress::Taken,
-            Progress::Refused(error) => Progress::Refused(error),
-            Progress::Over => Progress::Over,
+        match &mut self.path {
+            Some(path) => path.next(out).on_all(),
+            None => Progress::Over,
         }
     }
 

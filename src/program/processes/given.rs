@@ -49,7 +49,7 @@ pub fn vector(numbers: &[f32; MOST], first: usize) -> Vector<f32> {
 }
 
 /// Parameters of a process in their table.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Given<const K: usize> {
     pub table: &'static [Word; K],
     pub values: [f32; K],

@@ -17,10 +17,11 @@ mod given;
 mod pair;
 
 pub use all::AllProcesses;
-pub use arm::ArmProcesses;
-pub use pair::PairProcesses;
+pub use arm::{ArmProcesses, PRECESS, SURF};
+pub use pair::{MIRROR, PairProcesses};
 
 use crate::error::Error;
+use crate::machines::two_sided::Pair;
 use crate::path::{Scale, Target};
 use crate::planner::PathSetting;
 use core::fmt::Write;
@@ -66,6 +67,23 @@ pub enum Progress<const N: usize> {
     Over,
 }
 
+impl<const M: usize> Progress<M> {
+    /// The same of all N motors; those beyond the first M stay at zero.
+    fn on_all<const N: usize>(self) -> Progress<N> {
+        match self {
+            Self::Target(target) => Progress::Target(Target {
+                steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(0)),
+                duration: target.duration,
+            }),
+            Self::Waits => Progress::Waits,
+            Self::Busy => Progress::Busy,
+            Self::Taken => Progress::Taken,
+            Self::Refused(error) => Progress::Refused(error),
+            Self::Over => Progress::Over,
+        }
+    }
+}
+
 /// What a machine knows beyond grinding drills.
 pub trait Processes<const N: usize>: Default {
     /// Whether all motors turn, as those of an arm do.
@@ -97,6 +115,11 @@ pub trait Processes<const N: usize>: Default {
 
     /// Forgets the path under way.
     fn stop(&mut self);
+
+    /// The two-sided machine that readings trim.
+    fn pair(&self, _: &Scale<N>, _: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
+        Err(Error::Unavailable)
+    }
 }
 
 /// None at all.

@@ -5,6 +5,8 @@
 pub enum Board {
     /// BTT SKR Pro v1.2 (STM32F407ZG, six motors)
     SkrPro,
+    /// BTT SKR Pro v1.2 in a six-axis arm: precession, surface grinding
+    SkrProArm,
     /// BTT Octopus v1.1 with an STM32F407ZG (eight motors)
     Octopus,
 }
@@ -14,6 +16,7 @@ impl Board {
     pub fn feature(self) -> &'static str {
         match self {
             Board::SkrPro => "skr-pro",
+            Board::SkrProArm => "skr-pro-arm",
             Board::Octopus => "octopus",
         }
     }
@@ -21,21 +24,21 @@ impl Board {
     /// Bytes of flash that its bootloader takes.
     pub fn bootloader_bytes(self) -> u32 {
         match self {
-            Board::SkrPro | Board::Octopus => 0x8000,
+            Board::SkrPro | Board::SkrProArm | Board::Octopus => 0x8000,
         }
     }
 
     /// The chip's name for probe-rs.
     pub fn probe_chip(self) -> &'static str {
         match self {
-            Board::SkrPro | Board::Octopus => "STM32F407ZGTx",
+            Board::SkrPro | Board::SkrProArm | Board::Octopus => "STM32F407ZGTx",
         }
     }
 
     /// openocd's file for the chip.
     pub fn openocd_target(self) -> &'static str {
         match self {
-            Board::SkrPro | Board::Octopus => "target/stm32f4x.cfg",
+            Board::SkrPro | Board::SkrProArm | Board::Octopus => "target/stm32f4x.cfg",
         }
     }
 }

@@ -215,10 +215,7 @@ impl<const N: usize> Machine<'_, N> {
     }
 
     /// The same, with a look at the controller whenever it has nothing left to move.
-    pub fn run_to_rest_watched(
-        &mut self,
-        mut watch: impl FnMut(&MemoryController<'_, N>),
-    ) {
+    pub fn run_to_rest_watched(&mut self, mut watch: impl FnMut(&MemoryController<'_, N>)) {
         loop {
             while self.controller.poll() {}
             watch(&self.controller);

@@ -4,9 +4,9 @@ use super::answers::LONGEST_ANSWER;
 use super::trims::Follow;
 use super::{Controller, Job, StreamError};
 use crate::board::Board;
-use crate::program::processes::Processes;
 use crate::error::Error;
 use crate::path::{PathError, Target};
+use crate::program::processes::Processes;
 use crate::program::words::Decimal;
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
@@ -25,7 +25,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         let free = match &self.job {
             Job::None => self.planner.is_idle() && self.pending.is_none(),
             Job::Stream { waiting, .. } => waiting.is_none(),
-            Job::Process { waits, .. } => *waits,
+            Job::Process { .. } => !self.processes.owes_answer(),
             _ => false,
         };
         free && !self.planner.is_held() && !self.resetting

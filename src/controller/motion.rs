@@ -2,12 +2,12 @@
 
 use super::{Controller, Job};
 use crate::board::Board;
-use crate::program::processes::Processes;
 use crate::cycles::drill_point::Cycle;
 use crate::error::{Alarm, Error};
 use crate::machines::drill_grinder::DrillGrinder;
 use crate::path::{DrillPath, Target};
 use crate::planner::{PushError, SAMPLES_PER_SECOND, Sample};
+use crate::program::processes::Processes;
 use crate::protocol::cue::{Action, Cue, CueError};
 use crate::settings::AXES;
 use fixed::types::I32F32;

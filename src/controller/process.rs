@@ -95,7 +95,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
 
     /// Ends the process; a line that waits for its answer has one.
     pub(super) fn end_process(&mut self) {
-        if self.processes.is_trying() {
+        if self.processes.owes_answer() {
             self.answers
                 .line(format_args!("error:{}", Error::NotIdle.number()));
         }

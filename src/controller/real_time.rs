@@ -2,8 +2,8 @@
 
 use super::{Controller, Job};
 use crate::board::Board;
-use crate::program::processes::Processes;
 use crate::error::Alarm;
+use crate::program::processes::Processes;
 use crate::protocol::RealTime;
 use crate::protocol::report::{self, State, Status};
 use core::fmt::Write;

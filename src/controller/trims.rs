@@ -15,12 +15,12 @@
 use super::answers::LONGEST_ANSWER;
 use super::{Controller, Job};
 use crate::board::Board;
-use crate::program::processes::Processes;
 use crate::cycles::mirror_trim::{Parameters, Trimmer};
 use crate::error::Error;
 use crate::joints::Joints;
 use crate::machines::two_sided::Pair;
 use crate::math::Real;
+use crate::program::processes::Processes;
 use crate::protocol::RealTime;
 use crate::settings::LETTERS;
 

@@ -201,6 +201,11 @@ where
     pub fn set(&self) -> &M::Set {
         &self.set
     }
+
+    /// Whether blocks of a stretch are left.
+    pub fn has_stretch(&self) -> bool {
+        self.stretch.is_some()
+    }
 }
 
 /// Follows poses stretch by stretch, from the last solved set.
@@ -319,13 +324,11 @@ where
         feed: Feed<R>,
     ) -> Result<(), Refused<R, M::Error>> {
         let segment = self.state.segment;
-        let stretch = self
-            .stretch_to(to, None, feed)
-            .map_err(|why| Refused {
-                segment,
-                u: R::ZERO,
-                why,
-            })?;
+        let stretch = self.stretch_to(to, None, feed).map_err(|why| Refused {
+            segment,
+            u: R::ZERO,
+            why,
+        })?;
         self.state.stretch = Some(stretch);
         self.state.target = to;
         Ok(())

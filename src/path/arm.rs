@@ -18,7 +18,7 @@ use crate::machines::arm::{ArmSet, OneBranch, Refusal};
 
 impl Tooled<6> for OneBranch<f32> {
     /// Of the branches that reach the first pose, the one with the least turning from where the arm stands.
-    fn choose(&mut self, first: &Pose<f32>, near: &Joints<6>) -> Result<(), Refusal> {
+    fn choose(&mut self, first: &Pose<f32>, near: &Joints<6>) -> Result<bool, Refusal> {
         let found = self.arm.inverse(&self.flange(first), Some(near));
         let found = found.map_err(|_| Refusal::NotReached)?;
         let way = |q: &Joints<6>| {
@@ -29,8 +29,10 @@ impl Tooled<6> for OneBranch<f32> {
             s.in_limits && !s.wrist_singular && !s.elbow_singular && !s.shoulder_singular
         });
         let best = good.min_by(|a, b| way(&a.q).total_cmp(&way(&b.q)));
-        self.branch = best.ok_or(Refusal::OutOfTravel)?.branch;
-        Ok(())
+        if let Some(best) = best {
+            self.branch = best.branch;
+        }
+        Ok(best.is_some())
     }
 
     fn reach(&self, at: &Pose<f32>, near: &Joints<6>) -> Result<ArmSet<f32>, Refusal> {
@@ -211,7 +213,9 @@ impl Rows {
         }
         grinding.pitch_on(&section).map_err(of_grinding)?;
         let speed = grinding.feed(&contact, self.feed).map_err(of_grinding)?;
-        let rows = self.rows.wrapping_add(u32::from(point.begins || self.rows == 0));
+        let rows = self
+            .rows
+            .wrapping_add(u32::from(point.begins || self.rows == 0));
         let mut pose = wheel_pose(point.p, n, &section).map_err(of_grinding)?;
         if self.zigzag && rows % 2 == 0 {
             // Half a turn about the tool's z axis.

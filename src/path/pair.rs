@@ -10,8 +10,8 @@ use crate::machines::two_sided::{AtWall, PairError, PairGuide};
 
 impl Tooled<8> for PairGuide<f32> {
     /// A pair has no choice.
-    fn choose(&mut self, _: &ClPoint<f32>, _: &Joints<8>) -> Result<(), PairError<4, 4, f32>> {
-        Ok(())
+    fn choose(&mut self, _: &ClPoint<f32>, _: &Joints<8>) -> Result<bool, PairError<4, 4, f32>> {
+        Ok(true)
     }
 
     fn reach(

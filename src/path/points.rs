@@ -11,7 +11,7 @@
 //!       row ----'                  '---- row
 //! ```
 //!
-//! One call of [`PointPath::next`] solves one block, so the foreground is never away for long, however many a point needs.
+//! One call of [`PointPath::step`] solves one block, so the foreground is never away for long, however many a point needs.
 
 use super::{PathError, Scale, Target};
 use crate::joints::Joints;
@@ -21,12 +21,12 @@ use heapless::Deque;
 
 /// A machine with the tool of a process.
 pub trait Tooled<const M: usize>: Guide<M, f32> + Sized {
-    /// Makes up its mind, before the first mark, about what then stays for the whole path.
+    /// Makes up its mind, before the first mark, about what then stays for the whole path; `false` if nothing will do.
     fn choose(
         &mut self,
         first: &End<Self::Course, f32>,
         near: &Joints<M>,
-    ) -> Result<(), Self::Error>;
+    ) -> Result<bool, Self::Error>;
 
     /// Joints of a mark that no motion in the work leads to, nearest to `near`.
     fn reach(
@@ -80,6 +80,8 @@ pub enum Fault<P, M> {
     Process(P),
     Machine(M),
     Path(PathError),
+    /// Whatever the machine might choose leaves a range, or is singular there.
+    NoBranch,
     /// Tool axes that are opposite: no shortest turn leads from one to the other.
     AntiParallel,
     /// A feed or a tolerance that is none.
@@ -153,10 +155,7 @@ where
         self.scale.target(joints, duration).map_err(Fault::Path)
     }
 
-    fn from_block<P>(
-        &self,
-        block: &Block<M, f32, T::Set>,
-    ) -> Result<Target<M>, Fault<P, T::Error>> {
+    fn of_block<P>(&self, block: &Block<M, f32, T::Set>) -> Result<Target<M>, Fault<P, T::Error>> {
         if block.flags.reconfigure {
             return Err(Fault::Reconfigure);
         }
@@ -195,7 +194,7 @@ where
                     };
                     self.state = Some(follower.state());
                     self.near = block.joints;
-                    return Some(shop.from_block(&block));
+                    return Some(shop.of_block(&block));
                 }
             }
             let came = match self.marks.as_mut().and_then(Iterator::next) {
@@ -221,10 +220,7 @@ where
             self.state = Some(follower.state());
         } else {
             self.leave(shop)?;
-            let set = shop
-                .tool
-                .reach(&end, &self.near)
-                .map_err(Fault::Machine)?;
+            let set = shop.tool.reach(&end, &self.near).map_err(Fault::Machine)?;
             let joints = shop.tool.joints(&set);
             let mut duration = 0.0;
             if shop.clear > 0.0 {
@@ -260,7 +256,7 @@ where
     }
 }
 
-/// What a call of [`PointPath::next`] came to.
+/// What a call of [`PointPath::step`] came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step<const M: usize, F> {
     /// Nothing to do until a point comes, or, behind the last one, at all.
@@ -336,12 +332,23 @@ where
         self.complete
     }
 
+    /// Whether nothing is left of the points taken so far.
+    pub fn is_drained(&self) -> bool {
+        let real = &self.real;
+        let has_blocks = real.state.as_ref().is_some_and(State::has_stretch);
+        let has_marks = real
+            .marks
+            .as_ref()
+            .is_some_and(|m| m.clone().next().is_some());
+        self.trial.is_none() && !(has_blocks || has_marks || real.closes || !real.held.is_empty())
+    }
+
     /// Whether a point has not been answered yet.
     pub fn is_trying(&self) -> bool {
         self.trial.is_some()
     }
 
-    /// The next point, `None` behind the last one: only while [`Self::next`] waits.
+    /// The next point, `None` behind the last one: only while [`Self::step`] waits.
     pub fn take(&mut self, point: Option<&P::Point>) -> Result<(), FaultOf<P, T, M>> {
         let mut process = self.process.clone();
         let marks = match point {
@@ -353,10 +360,10 @@ where
             && !self.shop.is_chosen
             && let Some(first) = marks.clone().next()
         {
-            self.shop
-                .tool
-                .choose(&first.end, &self.real.near)
-                .map_err(Fault::Machine)?;
+            let chosen = self.shop.tool.choose(&first.end, &self.real.near);
+            if !chosen.map_err(Fault::Machine)? {
+                return Err(Fault::NoBranch);
+            }
         }
         let mut walk = self.real.clone();
         walk.marks = Some(marks.clone());
@@ -371,7 +378,7 @@ where
     }
 
     /// One block more.
-    pub fn next(&mut self) -> Step<M, FaultOf<P, T, M>> {
+    pub fn step(&mut self) -> Step<M, FaultOf<P, T, M>> {
         let Some(trial) = &mut self.trial else {
             // Walked before.
             return match self.real.next::<P::Error>(&self.shop) {

@@ -27,7 +27,10 @@ pub enum BadWord {
     /// Not a decimal number, nor `NAN`, `INF` or `-INF`, which the process refuses by its own name.
     Number(char),
     /// This count or choice is not a whole number from 0 to `most`.
-    NotWhole { name: &'static str, most: u32 },
+    NotWhole {
+        name: &'static str,
+        most: u32,
+    },
 }
 
 /// A decimal number, or one of those that no process takes.
@@ -104,5 +107,7 @@ pub fn explain(table: &[Word], bad: BadWord, out: &mut dyn Write) -> fmt::Result
 pub fn whole(value: f32, name: &'static str, most: u32) -> Result<u32, BadWord> {
     let whole = value as u32;
     let is_whole = whole as f32 == value && whole <= most;
-    is_whole.then_some(whole).ok_or(BadWord::NotWhole { name, most })
+    is_whole
+        .then_some(whole)
+        .ok_or(BadWord::NotWhole { name, most })
 }

@@ -82,7 +82,7 @@ pub fn parse<const N: usize>(line: &Line) -> Result<Command<'_, N>, Error> {
         "TRIM=OFF" => Command::TrimOff,
         "DRILL=RUN" => Command::DrillRun,
         "MOVE=END" => Command::MoveEnd,
-        "KIN" | "KIN?" | "PRECESS" | "SURF" | "MIRROR" => Command::Process {
+        "KIN" | "PRECESS" | "SURF" | "MIRROR" => Command::Process {
             name: rest,
             value: None,
         },

@@ -12,7 +12,7 @@ use hexstep::kinematics::chain::{Carries, Chain, ChainError, Joint};
 use hexstep::kinematics::chord::Paced;
 use hexstep::machines::arm::{Lengths, table};
 use hexstep::machines::five_axis::{self, Class, Definition, FiveAxis, PRESETS, preset};
-use hexstep::machines::two_sided::{self, Side, SideError};
+use hexstep::machines::two_sided::{self, Side};
 use hexstep::machines::{Arm, arm};
 use hexstep::stepper::Timing;
 

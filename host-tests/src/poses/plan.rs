@@ -263,10 +263,7 @@ impl Walk<'_> {
                     gap.to_degrees()
                 ),
             ),
-            other => (
-                other.name(),
-                "the machine cannot take this pose".into(),
-            ),
+            other => (other.name(), "the machine cannot take this pose".into()),
         };
         let found = machine
             .machine

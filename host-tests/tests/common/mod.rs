@@ -4,10 +4,17 @@
 use hexstep::geometry::{Pose, Rotation, Vector};
 use hexstep_host::emulator::Pulses;
 use hexstep_host::machine::Machine;
+use hexstep_host::trace::Trace;
 
 /// Says each line as soon as the one before is answered, and runs to rest; the pulses since the trace was last taken.
 #[track_caller]
 pub fn pulses_of_lines<const N: usize>(machine: &mut Machine<'_, N>, lines: &[String]) -> Pulses {
+    Pulses::of_trace(&trace_of_lines(machine, lines))
+}
+
+/// The same, with all that the pins did.
+#[track_caller]
+pub fn trace_of_lines<const N: usize>(machine: &mut Machine<'_, N>, lines: &[String]) -> Trace<N> {
     for line in lines {
         machine.say(line);
         let mut answer = String::new();
@@ -19,7 +26,71 @@ pub fn pulses_of_lines<const N: usize>(machine: &mut Machine<'_, N>, lines: &[St
     }
     machine.run_to_rest();
     machine.run(3);
-    Pulses::of_trace(&machine.take_trace())
+    machine.take_trace()
+}
+
+/// Lines that make six motors those of an ER3B with a tool of 160 mm, its work where the delivered jobs have it.
+pub fn arm_lines() -> Vec<String> {
+    let mut lines: Vec<String> = [
+        "$1012=1",
+        "$KIN=ARM6R",
+        "$KIN.TOOL=160",
+        "$KIN.WORK=310,0,200",
+        "$1003=0.05",
+    ]
+    .map(String::from)
+    .into();
+    let axes = [
+        // steps, deg/min, deg/s2, deg/s3, travel
+        (2500, 3600, 400, 10_000, -175, 175),
+        (2500, 3600, 400, 10_000, -142, 64),
+        (2500, 3600, 400, 10_000, -73, 165),
+        (2000, 4500, 600, 15_000, -178, 178),
+        (2000, 4500, 600, 15_000, -132, 132),
+        (1500, 5400, 800, 20_000, -720, 720),
+    ];
+    lines.extend((0..6).map(|i| format!("$11{i}=1")));
+    for (i, (steps, rate, acceleration, jerk, lower, upper)) in axes.into_iter().enumerate() {
+        for (number, value) in [
+            (100, steps),
+            (120, acceleration),
+            (800, jerk),
+            (110, rate),
+            (1040, lower),
+            (1050, upper),
+        ] {
+            lines.push(format!("${}={value}", number + i));
+        }
+    }
+    lines
+}
+
+/// Lines that make eight motors those of the two-sided machine M4.
+pub fn pair_lines() -> Vec<String> {
+    let mut lines: Vec<String> = ["$1012=1", "$1003=0.01"].map(String::from).into();
+    let axes = [
+        // steps, mm or deg per min, s2, s3, travel of the mill and of the support
+        (400, 18_000, 1500, 30_000, [-100, 1300], [-1300, 100]),
+        (400, 18_000, 1500, 30_000, [-100, 1000], [-100, 1000]),
+        (800, 6000, 1000, 20_000, [-200, 200], [-200, 200]),
+        (5000, 1200, 200, 8000, [-30, 30], [-30, 30]),
+    ];
+    lines.extend((0..8).map(|i| format!("$11{i}=1")));
+    for (i, (steps, rate, acceleration, jerk, mill, support)) in axes.into_iter().enumerate() {
+        for (motor, [lower, upper]) in [(i, mill), (i + 4, support)] {
+            for (number, value) in [
+                (100, steps),
+                (120, acceleration),
+                (800, jerk),
+                (110, rate),
+                (1040, lower),
+                (1050, upper),
+            ] {
+                lines.push(format!("${}={value}", number + motor));
+            }
+        }
+    }
+    lines
 }
 
 /// splitmix64: the same numbers on every machine.

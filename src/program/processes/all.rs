@@ -63,19 +63,15 @@ impl<const N: usize> Processes<N> for AllProcesses {
         of_motors!(self.next(out))
     }
 
-    fn is_trying(&self) -> bool {
-        Processes::<N>::is_trying(&self.pair) || Processes::<N>::is_trying(&self.arm)
+    fn owes_answer(&self) -> bool {
+        Processes::<N>::owes_answer(&self.pair) || Processes::<N>::owes_answer(&self.arm)
     }
 
     fn stop(&mut self) {
         of_motors!(self.stop())
     }
 
-    fn pair(
-        &self,
-        scale: &Scale<N>,
-        out: &mut dyn Write,
-    ) -> Result<Pair<4, 4, f32>, Error> {
+    fn pair(&self, scale: &Scale<N>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
         self.pair.pair(scale, out)
     }
 }

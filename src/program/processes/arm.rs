@@ -130,6 +130,8 @@ pub struct ArmProcesses {
     sim: bool,
     /// The next point begins a row.
     begins: bool,
+    /// A point that came while the blocks of the one before were still on their way.
+    queued: Option<PointLine>,
     path: Option<Path>,
 }
 
@@ -148,6 +150,7 @@ impl Default for ArmProcesses {
             asked: Asked::Precess,
             sim: false,
             begins: false,
+            queued: None,
             path: None,
         }
     }
@@ -344,17 +347,9 @@ impl ArmProcesses {
         is_idle: bool,
         out: &mut dyn Write,
     ) -> Result<Order, Error> {
-        let machine = if self.is_chosen {
-            "ARM6R"
-        } else {
-            "GRIND3P3R"
-        };
+        let machine = if self.is_chosen { "ARM6R" } else { "GRIND3P3R" };
         match (name, value) {
             ("KIN", None) => {
-                let _ = write!(out, "[KIN:{machine}]\r\n");
-                return Ok(Order::Done);
-            }
-            ("KIN?", None) => {
                 let _ = write!(out, "[KIN:{machine}");
                 self.numbers.write(out);
                 let _ = out.write_str("]\r\n");
@@ -380,8 +375,20 @@ impl ArmProcesses {
     }
 
     fn point(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
+        let line = PointLine::read(text)?;
+        match &self.path {
+            None => Err(Error::NotIdle),
+            Some(path) if path.path.is_drained() || line == PointLine::Row => self.put(line, out),
+            Some(_) => {
+                self.queued = Some(line);
+                Ok(Order::Point)
+            }
+        }
+    }
+
+    fn put(&mut self, line: PointLine, out: &mut dyn Write) -> Result<Order, Error> {
         let path = self.path.as_mut().ok_or(Error::NotIdle)?;
-        let (numbers, count) = match PointLine::read(text)? {
+        let (numbers, count) = match line {
             PointLine::Row => {
                 self.begins = true;
                 return Ok(Order::Done);
@@ -428,7 +435,9 @@ impl ArmProcesses {
 
     /// Largest way of the tip per unit of each joint [mm per rad].
     fn levers(&self) -> [f32; 6] {
-        let Lengths { a1, a2, a3, d4, d6, .. } = lengths(&self.numbers.values);
+        let Lengths {
+            a1, a2, a3, d4, d6, ..
+        } = lengths(&self.numbers.values);
         let [_, _, _, _, _, _, tool, ..] = self.numbers.values;
         let wrist = Real::abs(d6) + Real::abs(tool);
         let elbow = Real::sqrt(a3 * a3 + d4 * d4) + wrist;
@@ -462,6 +471,7 @@ impl ArmProcesses {
         };
         let near = standing.scale.joints(&standing.at);
         self.begins = false;
+        self.queued = None;
         self.path = Some(Path::new(PointPath::new(shop, work, near), self.sim));
         // Where a joint hardly moves the tip, the tool's axis still feels it.
         let contour = left_for_corners(standing.tolerance, CHORDS, 7);
@@ -487,9 +497,11 @@ impl<const N: usize> Processes<N> for ArmProcesses {
         out: &mut dyn Write,
     ) -> Result<Order, Error> {
         let order = match name {
-            "PRECESS" => self.precess.obey(name, value, is_idle, out, |values, out| {
-                work_of_precess(values, out).map(|_| ())
-            })?,
+            "PRECESS" => self
+                .precess
+                .obey(name, value, is_idle, out, |values, out| {
+                    work_of_precess(values, out).map(|_| ())
+                })?,
             "SURF" => self.surf.obey(name, value, is_idle, out, |values, out| {
                 work_of_surf(values, out).map(|_| ())
             })?,
@@ -543,18 +555,28 @@ impl<const N: usize> Processes<N> for ArmProcesses {
     }
 
     fn next(&mut self, out: &mut dyn Write) -> Progress<N> {
-        match &mut self.path {
-            Some(path) => path.next(out).on_all(),
-            None => Progress::Over,
+        let Some(path) = &mut self.path else {
+            return Progress::Over;
+        };
+        match (path.next(out), self.queued) {
+            (Progress::Waits, Some(line)) => {
+                self.queued = None;
+                match self.put(line, out) {
+                    Ok(_) => Progress::Busy,
+                    Err(error) => Progress::Refused(error),
+                }
+            }
+            (progress, _) => progress.on_all(),
         }
     }
 
-    fn is_trying(&self) -> bool {
-        self.path.as_ref().is_some_and(|path| path.path.is_trying())
+    fn owes_answer(&self) -> bool {
+        self.queued.is_some() || self.path.as_ref().is_some_and(|path| path.path.is_trying())
     }
 
     fn stop(&mut self) {
         self.path = None;
+        self.queued = None;
     }
 }
 

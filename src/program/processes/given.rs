@@ -152,10 +152,10 @@ where
     }
 
     pub fn next(&mut self, out: &mut dyn Write) -> Progress<M> {
-        match self.path.next() {
+        match self.path.step() {
             Step::Waits if self.path.is_complete() => {
                 if self.sim {
-                    let ms = self.time / 1000;
+                    let ms = (self.time + 500) / 1000;
                     say(
                         out,
                         format_args!(
@@ -180,7 +180,7 @@ where
     fn count(&mut self, target: Target<M>) -> Progress<M> {
         self.blocks = self.blocks.saturating_add(1);
         // A block of more than an hour counts as one of an hour.
-        self.time += u64::from((target.duration * 1e6) as u32);
+        self.time += u64::from((target.duration * 1e6 + 0.5) as u32);
         if self.sim {
             Progress::Busy
         } else {
@@ -198,6 +198,10 @@ fn refuse<P: Told, M: Told>(index: u32, fault: &Fault<P, M>, out: &mut dyn Write
         Fault::Path(PathError::OutOfTravel { .. }) => (
             "OutOfTravel",
             "a joint would leave its travel, see $1040 and $1050",
+        ),
+        Fault::NoBranch => (
+            "NoBranch",
+            "in every branch a joint would leave its range, or the arm is singular",
         ),
         Fault::AntiParallel => (
             "AntiParallel",

@@ -2,7 +2,7 @@
 //!
 //! | line | what it does |
 //! |---|---|
-//! | `$KIN`, `$KIN?` | shows the kinematics; with its parameters |
+//! | `$KIN` | shows the kinematics with its parameters (a `?` in a line is a real-time byte) |
 //! | `$KIN=ARM6R`, `$KIN.TOOL=160` | chooses it; sets a parameter. At rest only |
 //! | `$PRECESS`, `$PRECESS=T20,V5` | shows, sets the parameters; so do `$SURF` and `$MIRROR` |
 //! | `$PRECESS=RUN`, `=SIM`, `=STOP` | points follow and are run, or looked at only; a controlled stop |
@@ -111,7 +111,7 @@ pub trait Processes<const N: usize>: Default {
     fn next(&mut self, out: &mut dyn Write) -> Progress<N>;
 
     /// Whether a line waits for its answer.
-    fn is_trying(&self) -> bool;
+    fn owes_answer(&self) -> bool;
 
     /// Forgets the path under way.
     fn stop(&mut self);
@@ -145,7 +145,7 @@ impl<const N: usize> Processes<N> for NoProcesses {
         Progress::Over
     }
 
-    fn is_trying(&self) -> bool {
+    fn owes_answer(&self) -> bool {
         false
     }
 

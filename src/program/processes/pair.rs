@@ -57,6 +57,8 @@ pub struct PairProcesses {
     words: Given<{ MIRROR.len() }>,
     sim: bool,
     begins: bool,
+    /// A point that came while the blocks of the one before were still on their way.
+    queued: Option<PointLine>,
     path: Option<Path>,
 }
 
@@ -76,13 +78,32 @@ impl Default for PairProcesses {
             words: Given::new(&MIRROR),
             sim: false,
             begins: false,
+            queued: None,
             path: None,
         }
     }
 }
 
 fn dimensions(values: &[f32; 17], travel: [[f32; 2]; 8]) -> FourAxes<f32> {
-    let [x1, y1, z1, u1, v1, w1, x2, y2, z2, u2, v2, w2, t1, t2, x, y, z] = *values;
+    let [
+        x1,
+        y1,
+        z1,
+        u1,
+        v1,
+        w1,
+        x2,
+        y2,
+        z2,
+        u2,
+        v2,
+        w2,
+        t1,
+        t2,
+        x,
+        y,
+        z,
+    ] = *values;
     let at = Vector::new;
     FourAxes {
         axes: [
@@ -163,9 +184,6 @@ impl PairProcesses {
     ) -> Result<Order, Error> {
         match (name, value) {
             ("KIN", None) => {
-                let _ = out.write_str("[KIN:MIRROR]\r\n");
-            }
-            ("KIN?", None) => {
                 let _ = out.write_str("[KIN:MIRROR");
                 self.numbers.write(out);
                 let _ = out.write_str("]\r\n");
@@ -185,8 +203,20 @@ impl PairProcesses {
     }
 
     fn point(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
+        let line = PointLine::read(text)?;
+        match &self.path {
+            None => Err(Error::NotIdle),
+            Some(path) if path.path.is_drained() || line == PointLine::Row => self.put(line, out),
+            Some(_) => {
+                self.queued = Some(line);
+                Ok(Order::Point)
+            }
+        }
+    }
+
+    fn put(&mut self, line: PointLine, out: &mut dyn Write) -> Result<Order, Error> {
         let path = self.path.as_mut().ok_or(Error::NotIdle)?;
-        match PointLine::read(text)? {
+        match line {
             PointLine::Row => {
                 self.begins = true;
                 Ok(Order::Done)
@@ -205,11 +235,7 @@ impl PairProcesses {
     }
 
     /// The pair as it is set, with this travel.
-    fn pair_in(
-        &self,
-        scale: &Scale<8>,
-        out: &mut dyn Write,
-    ) -> Result<Pair<4, 4, f32>, Error> {
+    fn pair_in(&self, scale: &Scale<8>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
         let (lower, upper) = (scale.joints(&scale.lower), scale.joints(&scale.upper));
         let travel = core::array::from_fn(|i| [lower[i], upper[i]]);
         pair_of(&self.numbers.values, travel, out)
@@ -244,11 +270,13 @@ impl PairProcesses {
         let rows = PanelRows { feed, begun: false };
         let near = standing.scale.joints(&standing.at);
         self.begins = false;
+        self.queued = None;
         self.path = Some(Path::new(PointPath::new(shop, rows, near), self.sim));
         let [_, _, _, _, _, b1, _, _, _, _, _, b2, t1, t2, ..] = self.numbers.values;
         // A turning axis carries its tip on the arm between them.
         let least = standing.tolerance / LEAN.to_radians();
-        let levers = [(b1, t1), (b2, t2)].map(|(axis, tip)| Real::max(Real::abs(axis - tip), least));
+        let levers =
+            [(b1, t1), (b2, t2)].map(|(axis, tip)| Real::max(Real::abs(axis - tip), least));
         let weight = core::array::from_fn(|i| {
             let lever = match i {
                 3 => levers[0],
@@ -313,25 +341,31 @@ impl<const N: usize> Processes<N> for PairProcesses {
     }
 
     fn next(&mut self, out: &mut dyn Write) -> Progress<N> {
-        match &mut self.path {
-            Some(path) => path.next(out).on_all(),
-            None => Progress::Over,
+        let Some(path) = &mut self.path else {
+            return Progress::Over;
+        };
+        match (path.next(out), self.queued) {
+            (Progress::Waits, Some(line)) => {
+                self.queued = None;
+                match self.put(line, out) {
+                    Ok(_) => Progress::Busy,
+                    Err(error) => Progress::Refused(error),
+                }
+            }
+            (progress, _) => progress.on_all(),
         }
     }
 
-    fn is_trying(&self) -> bool {
-        self.path.as_ref().is_some_and(|path| path.path.is_trying())
+    fn owes_answer(&self) -> bool {
+        self.queued.is_some() || self.path.as_ref().is_some_and(|path| path.path.is_trying())
     }
 
     fn stop(&mut self) {
         self.path = None;
+        self.queued = None;
     }
 
-    fn pair(
-        &self,
-        scale: &Scale<N>,
-        out: &mut dyn Write,
-    ) -> Result<Pair<4, 4, f32>, Error> {
+    fn pair(&self, scale: &Scale<N>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
         let eight = scale.first().ok_or(Error::Unavailable)?;
         self.pair_in(&eight, out)
     }

@@ -8,6 +8,7 @@ pub mod files;
 pub mod job;
 pub mod machine;
 pub mod mirror;
+pub mod pair;
 pub mod pins;
 pub mod plot;
 pub mod poses;

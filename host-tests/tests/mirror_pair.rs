@@ -8,7 +8,7 @@ use hexstep::kinematics::follow::{Block, Feed, Follower, Guide, Refusal, Refused
 use hexstep::machines::two_sided::{AtWall, Pair, PairError, PairGuide, SideError, m4, m4_1, m4_2};
 use hexstep::math::Real;
 use hexstep_host::reference::matrix::{angle_deg, distance};
-use hexstep_host::reference::serial::{Forward, ToolAt, two_sided};
+use hexstep_host::reference::serial::{ToolAt, tools_at, two_sided};
 
 const WALL: f64 = 1.5;
 const TIGHT: Tolerance<f64> = Tolerance {
@@ -58,17 +58,10 @@ fn follow<R: Real>(
     Ok(blocks)
 }
 
-/// Both tools in the work frame of side 1 by the reference: the frame of side 2 is turned by half a turn about y.
+/// Both tools in the work frame of side 1 by the reference.
 fn tools(q: &[f64; 8]) -> [ToolAt; 2] {
-    let side = |name, q: &[f64]| {
-        let joints = [q[0], q[1], q[2], q[3], 0.0, 0.0];
-        Forward::Serial(two_sided(name).unwrap()).at(&joints)
-    };
-    let turned = |[x, y, z]: [f64; 3]| [-x, y, -z];
-    let mut support = side("m4-support", &q[4..]);
-    support.tip = turned(support.tip);
-    support.axis = turned(support.axis);
-    [side("m4-mill", &q[..4]), support]
+    let sides = ["m4-mill", "m4-support"].map(|name| two_sided(name).unwrap());
+    tools_at([&sides[0], &sides[1]], &q[..4], &q[4..])
 }
 
 fn printed(q: &Joints<8, f64>) -> [f64; 8] {

@@ -5,7 +5,7 @@
 mod common;
 
 use common::Random;
-use hexstep::cycles::mirror_trim::{BadLimit, Bias, Flags, Parameters, Trimmer};
+use hexstep::cycles::mirror_trim::{BadLimit, Flags, Parameters, Trimmer};
 use hexstep::geometry::{Pose, Rotation, Vector};
 use hexstep::joints::Joints;
 use hexstep::kinematics::chain::{Carries, Chain, Joint};
@@ -449,19 +449,6 @@ fn parameters_that_are_no_limits_are_refused_by_name() {
             assert_eq!(Trimmer::new(&parameters).unwrap_err(), BadLimit(name));
         }
     }
-}
-
-/// Section 11: the paper's walls with trimming lie 0.055 mm below nominal, more than they spread.
-#[test]
-fn a_bias_learnt_from_gauge_readings_takes_out_what_trimming_cannot() {
-    let mut bias = Bias::<f64>::NONE;
-    for reading in [1.43, 1.44, 1.45, f64::NAN] {
-        bias.learn(reading, 1.5);
-    }
-
-    assert_eq!(bias.readings(), 3);
-    assert!((bias.correction(0.1) - 0.06).abs() < 1e-12);
-    assert_eq!(bias.correction(0.05), 0.05);
 }
 
 // ---- the simulation, section 10 ----

@@ -211,36 +211,3 @@ impl<R: Real> Trimmer<R> {
         self.fault = false;
     }
 }
-
-/// What a gauge finds the wall to be off by, on the average: a wrong tool length, support zero or gauge shows as a shift
-/// common to all walls, which no trim along the measured deformation can see.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Bias<R> {
-    mean: R,
-    readings: u32,
-}
-
-impl<R: Real> Bias<R> {
-    pub const NONE: Self = Self {
-        mean: R::ZERO,
-        readings: 0,
-    };
-
-    /// Takes in one gauge reading of a wall that should be `wanted` [mm]; what is not finite is passed over.
-    pub fn learn(&mut self, reading: R, wanted: R) {
-        let off = reading - wanted;
-        if off.is_finite() && self.readings < i32::MAX as u32 {
-            self.readings += 1;
-            self.mean += (off - self.mean) / R::of_i32(self.readings as i32);
-        }
-    }
-
-    /// What to add to the wall asked for [mm], at most `most` either way.
-    pub fn correction(&self, most: R) -> R {
-        (-self.mean).clamp(-most.abs(), most.abs())
-    }
-
-    pub fn readings(&self) -> u32 {
-        self.readings
-    }
-}

@@ -1,14 +1,29 @@
-//! Jobs of kind `mirror`: a panel between mill and support, simulated with and without live trimming.
+//! Jobs of kind `mirror`: a panel between mill and support, simulated with and without live trimming, and milled by the
+//! pulses of both machines where the job has a `[machine]`.
 
 use super::reader::{Kind, Table};
-use super::{JobError, Places};
+use super::{JobError, PairJob, Places};
 use crate::mirror::{Panel, Simulation, SimulationError};
+use hexstep::cycles::mirror_bias::{Bias, BiasError};
+use hexstep::stepper::Timing;
 
 /// What is simulated: the same panel and noise with each filter time.
 #[derive(Clone, Debug)]
 pub struct MirrorJob {
     /// One for each filter time; at least one.
     pub simulations: Vec<Simulation>,
+    /// The machines, where there are some; they trim with the first filter time.
+    pub pair: Option<PairJob>,
+    pub bias: Option<BiasJob>,
+}
+
+/// A constant error of the machine, and what is learnt of it from the gauge.
+#[derive(Clone, Copy, Debug)]
+pub struct BiasJob {
+    /// What every wall is off by [mm].
+    pub offset: f64,
+    /// Nothing learnt yet.
+    pub bias: Bias<f64>,
 }
 
 const SIMULATION: &[&str] = &[
@@ -20,7 +35,11 @@ const PANEL: &[&str] = &["length", "width", "peak", "rows", "places", "start"];
 const MOST_TIMES: usize = 12;
 
 impl MirrorJob {
-    pub(super) fn read(root: &Table<'_>, places: &Places) -> Result<Self, JobError> {
+    pub(super) fn read(
+        root: &Table<'_>,
+        timing: &Timing,
+        places: &Places,
+    ) -> Result<Self, JobError> {
         let table = root.table("simulation")?;
         table.known(SIMULATION)?;
         let default = Simulation::default();
@@ -65,8 +84,70 @@ impl MirrorJob {
                 .map_err(|error| refusal(places, &error, index))?;
             simulations.push(simulation);
         }
-        Ok(Self { simulations })
+        let first = &simulations[0];
+        let bias = match root.table_if_any("bias")? {
+            Some(table) => Some(read_bias(&table, first, places)?),
+            None => None,
+        };
+        let pair = if root.has("machine") {
+            Some(read_pair(root, first, timing, places)?)
+        } else {
+            for key in ["path", "joint", "stepper"] {
+                if root.has(key) {
+                    let detail = "without a [machine] nothing moves; add one, or remove this";
+                    return Err(places.refuse(key, "Contradictory", detail.into()));
+                }
+            }
+            None
+        };
+        Ok(Self {
+            simulations,
+            pair,
+            bias,
+        })
     }
+}
+
+fn read_pair(
+    root: &Table<'_>,
+    simulation: &Simulation,
+    timing: &Timing,
+    places: &Places,
+) -> Result<PairJob, JobError> {
+    let period = simulation.dt * 1000.0;
+    let is_whole =
+        (period - period.round()).abs() < 1e-6 && (1.0..=100.0).contains(&period.round());
+    if !is_whole {
+        let detail = format!(
+            "the controller trims every whole number of milliseconds from 1 to 100, found {period} ms"
+        );
+        return Err(places.refuse("simulation.dt", "BadLimit", detail));
+    }
+    PairJob::read(root, simulation, timing, places)
+}
+
+fn read_bias(
+    table: &Table<'_>,
+    simulation: &Simulation,
+    places: &Places,
+) -> Result<BiasJob, JobError> {
+    table.known(&["offset", "most", "gate"])?;
+    let number = |key: &str, default: f64| table.number_or(key, default, Kind::LOOSE);
+    let offset = table.number("offset", Kind::LOOSE)?;
+    if !offset.is_finite() {
+        let detail = "offset must be finite".into();
+        return Err(places.refuse("bias.offset", "NonFinite", detail));
+    }
+    let made = Bias::new(simulation.d, number("most", 0.1)?, number("gate", 0.25)?);
+    let bias = made.map_err(|error| match error {
+        BiasError::BadLimit(name) => {
+            let detail = format!("{name} must be finite and above 0");
+            places.refuse(&format!("bias.{name}"), "BadLimit", detail)
+        }
+        // The wall was checked with the simulation.
+        _ => places.refuse("simulation.d", "BadWall", "it is no wall".into()),
+    })?;
+    Ok(BiasJob { offset, bias })
 }
 
 fn read_panel(table: &Table<'_>) -> Result<Panel, JobError> {

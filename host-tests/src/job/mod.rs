@@ -16,6 +16,7 @@ mod cues;
 mod drill;
 mod mirror;
 mod model;
+mod pair;
 mod path;
 mod points;
 mod poses;
@@ -26,8 +27,9 @@ mod surface;
 pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
 pub use counts::{CountsJob, Line};
 pub use drill::{DrillJob, Phi};
-pub use mirror::MirrorJob;
+pub use mirror::{BiasJob, MirrorJob};
 pub use model::{Model, PoseJoint, PoseMachine};
+pub use pair::{PairJob, PairRow};
 pub use path::{Block, PathJob};
 pub use points::{Pace, PathPoint};
 pub use poses::{Motion, PoseRow, PosesJob};
@@ -65,8 +67,8 @@ pub enum Task {
     Surface(Box<SurfaceJob>),
     /// Polishes along a surface under continuous precession: `kind = "precession"`.
     Precession(Box<PrecessionJob>),
-    /// Mills a panel from both sides, simulated: `kind = "mirror"`.
-    Mirror(MirrorJob),
+    /// Mills a panel from both sides: `kind = "mirror"`.
+    Mirror(Box<MirrorJob>),
 }
 
 /// Where in which file something stands.
@@ -130,6 +132,7 @@ const TABLES: &[&str] = &[
     "polishing",
     "simulation",
     "panel",
+    "bias",
 ];
 
 impl Job {
@@ -208,8 +211,18 @@ impl Job {
                 Task::Precession(Box::new(PrecessionJob::read(&root, &timing, &places)?))
             }
             6 => {
-                root.known_for(kinds[kind], &["kind", "simulation", "panel"])?;
-                Task::Mirror(MirrorJob::read(&root, &places)?)
+                let tables = [
+                    "kind",
+                    "simulation",
+                    "panel",
+                    "bias",
+                    "machine",
+                    "joint",
+                    "path",
+                    "stepper",
+                ];
+                root.known_for(kinds[kind], &tables)?;
+                Task::Mirror(Box::new(MirrorJob::read(&root, &timing, &places)?))
             }
             _ => {
                 root.known_for(

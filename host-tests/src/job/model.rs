@@ -92,7 +92,7 @@ const CHAIN: &[&str] = &["tip", "tool_axis", "work_origin"];
 
 /// Coordinates that are taken for meant [mm].
 const FAR: f64 = 100_000.0;
-const LENGTH: Kind = Kind::between(-FAR, FAR, "mm");
+pub(super) const LENGTH: Kind = Kind::between(-FAR, FAR, "mm");
 
 /// What the machine is made of before its joints have limits.
 struct Reader<'a> {
@@ -393,44 +393,10 @@ impl Reader<'_> {
         let (mut kinds, mut serial) = (Vec::new(), Vec::new());
         let mut list = [Joint::held(Carries::Tool); MOTORS];
         for (index, table) in tables.iter().enumerate() {
-            table.known(&["name", "carries", "motion", "axis", "point"])?;
-            let name = if table.has("name") {
-                table.text("name")?.to_string()
-            } else {
-                format!("J{}", index + 1)
-            };
-            let carries = [Carries::Tool, Carries::Work];
-            let carries_work = table.word("carries", &["tool", "work"])? == 1;
-            let carries = carries[usize::from(carries_work)];
-            let turns = table.word("motion", &["linear", "rotary"])? == 1;
-            let axis = table.numbers::<3>("axis", LENGTH)?;
-            let point = if turns && table.has("point") {
-                table.numbers::<3>("point", LENGTH)?
-            } else if table.has("point") {
-                let key = format!("joint[{index}].point");
-                let detail = "a joint that slides has no point; remove it".into();
-                return Err(self.places.refuse(&key, "UnknownField", detail));
-            } else {
-                [0.0; 3]
-            };
-            let joint = if turns {
-                let at = Vector::from_array(point);
-                Joint::rotary(carries, Vector::from_array(axis), at, 0.0)
-            } else {
-                Joint::linear(carries, Vector::from_array(axis))
-            };
-            list[index] = joint.map_err(|_| {
-                let key = format!("joint[{index}].axis");
-                let detail = "it is shorter than 1e-6; give a direction".into();
-                self.places.refuse(&key, "BadAxis", detail)
-            })?;
-            kinds.push((name, turns));
-            serial.push(SerialJoint {
-                carries_work,
-                turns,
-                axis,
-                point,
-            });
+            let read = read_joint(table, index, self.places)?;
+            kinds.push((read.name, read.serial.turns));
+            list[index] = read.joint;
+            serial.push(read.serial);
         }
         let joints = self.joints(&kinds)?;
         let tip = self.vector("tip", Vector::ZERO)?;
@@ -497,6 +463,64 @@ impl PoseMachine {
             p,
         }
     }
+}
+
+/// A joint of a list, as the library and as the reference have it.
+pub(super) struct ListedJoint {
+    pub name: String,
+    pub joint: Joint<f64>,
+    pub serial: SerialJoint,
+}
+
+/// `[[joint]]` number `index`.
+///
+/// # Errors
+/// `BadAxis` where its axis is none.
+pub(super) fn read_joint(
+    table: &Table<'_>,
+    index: usize,
+    places: &Places,
+) -> Result<ListedJoint, JobError> {
+    table.known(&["name", "carries", "motion", "axis", "point"])?;
+    let name = if table.has("name") {
+        table.text("name")?.to_string()
+    } else {
+        format!("J{}", index + 1)
+    };
+    let carries_work = table.word("carries", &["tool", "work"])? == 1;
+    let carries = [Carries::Tool, Carries::Work][usize::from(carries_work)];
+    let turns = table.word("motion", &["linear", "rotary"])? == 1;
+    let axis = table.numbers::<3>("axis", LENGTH)?;
+    let point = if turns && table.has("point") {
+        table.numbers::<3>("point", LENGTH)?
+    } else if table.has("point") {
+        let key = format!("joint[{index}].point");
+        let detail = "a joint that slides has no point; remove it".into();
+        return Err(places.refuse(&key, "UnknownField", detail));
+    } else {
+        [0.0; 3]
+    };
+    let joint = if turns {
+        let at = Vector::from_array(point);
+        Joint::rotary(carries, Vector::from_array(axis), at, 0.0)
+    } else {
+        Joint::linear(carries, Vector::from_array(axis))
+    };
+    let joint = joint.map_err(|_| {
+        let key = format!("joint[{index}].axis");
+        let detail = "it is shorter than 1e-6; give a direction".into();
+        places.refuse(&key, "BadAxis", detail)
+    })?;
+    Ok(ListedJoint {
+        name,
+        joint,
+        serial: SerialJoint {
+            carries_work,
+            turns,
+            axis,
+            point,
+        },
+    })
 }
 
 fn shift(m: &Matrix) -> Vector<f64> {

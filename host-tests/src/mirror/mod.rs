@@ -18,9 +18,11 @@
 
 mod noise;
 mod statistics;
+mod surface;
 
 pub use noise::Noise;
 pub use statistics::{Summary, mean, sample_sigma};
+pub use surface::Surface;
 
 use hexstep::cycles::mirror_trim::{BadLimit, Parameters, Trimmer};
 use std::f64::consts::PI;
@@ -28,11 +30,11 @@ use std::f64::consts::PI;
 /// Ticks at the start of a row that do not count.
 const SKIPPED: u64 = 100;
 /// Tolerance of the wall [mm].
-const TOLERANCE: f64 = 0.1;
+pub const TOLERANCE: f64 = 0.1;
 /// At a tick of 10 ms half a second without a reading; the model's noise never comes near.
-const MISS_MAX: u32 = 50;
+pub const MISS_MAX: u32 = 50;
 /// Gauge readings of each point, and what the gauge shows [mm].
-const READINGS: usize = 3;
+pub const READINGS: usize = 3;
 const GAUGE_STEP: f64 = 0.01;
 /// The gauge's noise is a stream of its own.
 const GAUGE_SEED: u64 = 1000;
@@ -193,6 +195,11 @@ impl Simulation {
         tick >= SKIPPED
     }
 
+    /// Time at the start of a row that does not count [s].
+    pub fn settled(&self) -> f64 {
+        SKIPPED as f64 * self.dt
+    }
+
     pub fn run(&self) -> Result<Outcome, SimulationError> {
         self.watch(|_, _| {})
     }
@@ -232,7 +239,7 @@ impl Simulation {
                 }
             }
         }
-        let mut gauge = Noise::new(self.seed.wrapping_add(GAUGE_SEED));
+        let mut gauge = self.gauge_noise();
         let [untrimmed, trimmed] = walls.map(|(rows, points)| {
             let gauged = points.iter().map(|wall| self.gauged(*wall, &mut gauge));
             Walls {
@@ -245,11 +252,20 @@ impl Simulation {
     }
 
     fn gauged(&self, wall: f64, noise: &mut Noise) -> f64 {
-        let mut reading = || {
+        mean(&self.readings(wall, noise))
+    }
+
+    /// The gauge's noise: a stream of its own.
+    pub fn gauge_noise(&self) -> Noise {
+        Noise::new(self.seed.wrapping_add(GAUGE_SEED))
+    }
+
+    /// What the gauge shows of a wall [mm].
+    pub fn readings(&self, wall: f64, noise: &mut Noise) -> [f64; READINGS] {
+        [(); READINGS].map(|()| {
             let shown = (wall + self.gauge * noise.gauss()) / GAUGE_STEP;
             shown.round() * GAUGE_STEP
-        };
-        mean(&[(); READINGS].map(|()| reading()))
+        })
     }
 
     /// The trimmer and the number of the last tick of a row.

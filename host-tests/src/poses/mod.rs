@@ -10,4 +10,5 @@ mod measure;
 mod plan;
 
 pub use measure::{Measured, Sample};
+pub(crate) use plan::MERGED;
 pub use plan::{CHORDS, Plan, PlannedBlock};

@@ -24,7 +24,7 @@ use hexstep::machines::two_sided::SideError;
 pub const CHORDS: f64 = 0.85;
 
 /// Share of its tolerance that the planner uses up where it merges chords (see `hexstep::planner`).
-const MERGED: f64 = 0.4;
+pub(crate) const MERGED: f64 = 0.4;
 
 /// A straight move of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,14 +3,14 @@
 //! ```text
 //! SurfaceJob    -> rows, residuals of all strategies, joints for every row; poses of the rows that become pulses
 //! PrecessionJob -> poses from the library's cycle, and the curves that centre and far point draw
-//! MirrorJob     -> walls with and without trimming; its motion has eight motors and is not run here
+//! MirrorJob     -> walls with and without trimming, and what a gauge teaches; its eight motors run elsewhere (`pair`)
 //! ```
 
 mod mirror;
 mod precession;
 mod surface;
 
-pub use mirror::{Milled, MirrorMade, Row};
+pub use mirror::{BiasMade, BiasedPanel, Milled, MirrorMade, Row};
 pub use precession::PrecessionMade;
 pub use surface::{Compared, Reached, SurfaceMade};
 

@@ -92,7 +92,8 @@ impl Forward {
 }
 
 impl Serial {
-    fn at(&self, q: &[f64; 6]) -> ToolAt {
+    /// The tool in the work frame at these joints [mm, rad], as many as there are.
+    pub fn at(&self, q: &[f64]) -> ToolAt {
         let (mut tool, mut work) = (translation([0.0; 3]), translation([0.0; 3]));
         for (joint, q) in self.joints.iter().zip(q) {
             let moved = if joint.turns {
@@ -119,6 +120,21 @@ impl Serial {
             across: None,
         }
     }
+}
+
+/// The tools of two machines that share the bed, both in the work frame of the first, whose work chains rest.
+pub fn tools_at([mill, support]: [&Serial; 2], q1: &[f64], q2: &[f64]) -> [ToolAt; 2] {
+    let seen = multiply(&inverted(&mill.work), &support.work);
+    let through = |x: [f64; 3], w: f64| {
+        std::array::from_fn(|i| (0..3).map(|j| seen[i][j] * x[j]).sum::<f64>() + seen[i][3] * w)
+    };
+    let own = support.at(q2);
+    let support = ToolAt {
+        tip: through(own.tip, 1.0),
+        axis: through(own.axis, 0.0),
+        across: None,
+    };
+    [mill.at(q1), support]
 }
 
 fn column(m: &Matrix, j: usize) -> [f64; 3] {

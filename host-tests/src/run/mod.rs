@@ -4,17 +4,20 @@
 //! and travel limits.
 
 mod drill;
+pub mod pair;
 mod path;
 pub mod poses;
 mod settings;
 
+pub use pair::{Reading, RunPair, RunRow};
 pub use poses::targets;
 pub use settings::settings;
 
-use crate::job::{CountsJob, DrillJob, Job, JobError, Task};
+use crate::job::{CountsJob, DrillJob, Job, JobError, MirrorJob, Task};
 use crate::machine::{self, Machine};
+use crate::pair::{Milling, PairPlan};
 use crate::poses::Plan;
-use crate::process::Made;
+use crate::process::{Made, MirrorMade};
 use crate::trace::{Trace, seconds};
 use hexstep::cycles::drill_point::Cycle;
 use hexstep::stepper::Preset;
@@ -31,6 +34,8 @@ pub struct Outcome {
     pub poses: Option<RunPoses>,
     /// What a process became.
     pub made: Option<Made>,
+    /// What both sides of a two-sided machine did; `trace` and `counts` are empty then.
+    pub pair: Option<RunPair>,
 }
 
 /// The run of a job with poses.
@@ -62,15 +67,15 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         }
         None => None,
     };
-    if matches!(job.task, Task::Mirror(_)) {
-        // Nothing moves: the walls are all there is.
-        progress(1, 1);
+    if let (Task::Mirror(mirror), Some(Made::Mirror(walls))) = (&job.task, &made) {
+        let pair = run_pair(job, mirror, walls, progress)?;
         return Ok(Outcome {
             trace: Trace::new(job.timing.mode),
             counts: [0; 6],
-            starved: 0,
+            starved: pair.as_ref().map_or(0, |pair| pair.starved),
             poses: None,
             made,
+            pair,
         });
     }
     let planned = plan.as_ref().map(|(poses, plan, _)| (*poses, plan));
@@ -108,7 +113,30 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         starved,
         poses,
         made,
+        pair: None,
     })
+}
+
+/// Mills a panel, with the correction of the wall where one was learnt.
+fn run_pair(
+    job: &Job,
+    mirror: &MirrorJob,
+    walls: &MirrorMade,
+    progress: Progress<'_>,
+) -> Result<Option<RunPair>, JobError> {
+    let (Some(pair), Some(simulation)) = (&mirror.pair, mirror.simulations.first()) else {
+        // Nothing moves: the simulated walls are all there is.
+        progress(1, 1);
+        return Ok(None);
+    };
+    let correction = walls.bias.as_ref().map_or(0.0, |bias| bias.correction);
+    let milling = Milling {
+        wall: simulation.d + correction,
+        feed: simulation.feed,
+        amount: simulation.amount,
+    };
+    let plan = PairPlan::of(job, pair, &milling)?;
+    pair::run(job, pair, simulation, plan, progress).map(Some)
 }
 
 fn run_task(

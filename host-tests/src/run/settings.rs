@@ -8,14 +8,13 @@ use hexstep::settings::Settings;
 use hexstep::stepper::StepMode;
 
 /// A number of the machine's table, a value, and the key of the job that it comes from.
-type Value = (u16, f32, String);
+pub(super) type Value = (u16, f32, String);
 
 /// The settings of the machine that a job describes; `plan` are its poses and what they became.
 ///
 /// # Errors
 /// `OutOfRange` at the key whose value the machine does not take.
 pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings, JobError> {
-    let mut settings = Settings::default();
     let mut values = driver_values(job);
     match &job.task {
         Task::DrillPoint(drill) => values.extend(axis_values(&drill.axes)),
@@ -30,6 +29,7 @@ pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings,
                 values.extend(contour_values(&contour, "path"));
             }
         }
+        // Its pair has eight motors and settings of its own.
         Task::Mirror(_) => {}
         // A line of counts knows no unit and no limit but those of its own.
         Task::Counts(_) => {
@@ -43,6 +43,18 @@ pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings,
             values.extend(axis_values(&[free; 6]));
         }
     }
+    apply(job, values)
+}
+
+/// The settings of a machine with these values.
+///
+/// # Errors
+/// `OutOfRange` at the key whose value the machine does not take.
+pub(super) fn apply<const N: usize>(
+    job: &Job,
+    values: Vec<Value>,
+) -> Result<Settings<N>, JobError> {
+    let mut settings = Settings::default();
     for (number, value, key) in values {
         settings.set(number, value, TICK_HZ).map_err(|error| {
             let detail = format!(
@@ -56,7 +68,7 @@ pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings,
 }
 
 /// `[stepper]`
-fn driver_values(job: &Job) -> Vec<Value> {
+pub(super) fn driver_values(job: &Job) -> Vec<Value> {
     let us = |counts: u32| (seconds(counts.into()) * 1e6) as f32;
     let timing = &job.timing;
     let both = f32::from(u8::from(timing.mode == StepMode::BothEdge));
@@ -69,7 +81,7 @@ fn driver_values(job: &Job) -> Vec<Value> {
 }
 
 /// `[machine]`: the limits of all motors.
-fn axis_values(axes: &[AxisLimits; 6]) -> Vec<Value> {
+pub(super) fn axis_values(axes: &[AxisLimits]) -> Vec<Value> {
     let mut values = Vec::new();
     for (motor, axis) in (0u16..).zip(axes) {
         let key = |name: &str| format!("machine.{name}[{motor}]");

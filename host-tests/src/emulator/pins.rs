@@ -434,6 +434,11 @@ impl Pulses {
         self.0.is_empty()
     }
 
+    /// All of them in order.
+    pub fn iter(&self) -> impl Iterator<Item = &Pulse> {
+        self.0.iter()
+    }
+
     /// Where the two part, with what each shows there; `None` if they are equal.
     pub fn first_difference(&self, other: &Self) -> Option<(usize, Option<Pulse>, Option<Pulse>)> {
         let longest = self.0.len().max(other.0.len());

@@ -15,8 +15,11 @@ use hexstep_host::trace;
 const SEGMENT: f64 = 1.0;
 const QUEUE: f64 = 5.0;
 
-/// A tick each millisecond, tau 0.1 ms, amount 2 mm, rate 80 mm/s; no reading for long is no fault.
-const FOLLOW: &str = "$TRIM=ON,1,0.0001,2,80,9,1000000";
+/// A tick each so many milliseconds, tau 0.1 ms, amount 2 mm, rate 80 mm/s; no reading for long is no fault.
+fn follow(period: u32) -> String {
+    format!("$TRIM=ON,{period},0.0001,2,80,9,1000000")
+}
+
 /// 1000 of its steps.
 const READING_MM: f32 = 1.0;
 /// X1 50 000 steps/s, Z1 13 700, X2 -40 000, Z2 17 300, a fifth of a second; all motors move.
@@ -55,17 +58,26 @@ struct Run {
 }
 
 impl Run {
-    /// Runs the path with a reading behind the tick `at` from the first step on, `lead` known from a run without.
-    fn make(machine: &mut Machine<'_, 8>, reading: Option<(u64, u64)>) -> Self {
-        for line in settings().iter().map(String::as_str).chain([FOLLOW]) {
-            assert!(machine.ask(line).ends_with("ok\r\n"), "{line}");
+    /// Runs the path without a reading.
+    fn plain(period: u32) -> Self {
+        eight(|machine| Self::make(machine, period, None))
+    }
+
+    /// Runs the path with a reading behind the tick `at` from the first step on.
+    fn trimmed(&self, period: u32, at: u64) -> Self {
+        let reading = (self.lead + at + 1) as usize;
+        eight(|machine| Self::make(machine, period, Some(reading)))
+    }
+
+    fn make(machine: &mut Machine<'_, 8>, period: u32, reading: Option<usize>) -> Self {
+        for line in settings().into_iter().chain([follow(period)]) {
+            assert!(machine.ask(&line).ends_with("ok\r\n"), "{line}");
         }
         machine.take_trace();
         PATH.iter().for_each(|line| machine.say(line));
         let mut ticks = Vec::new();
-        let put = reading.map(|(lead, at)| (lead + at + 1) as usize);
         while !(ticks.len() > 100 && machine.controller.is_idle()) {
-            if put == Some(ticks.len()) {
+            if reading == Some(ticks.len()) {
                 machine.put(&reading::encode(Some(READING_MM)));
             }
             machine.step();
@@ -133,13 +145,13 @@ fn worst(latencies: &[Latency]) -> Latency {
 /// One reading in each of so many runs of the firmware in the emulator, each at another instant. What follows the
 /// reading is held against memory too, to the end of the run.
 fn in_the_emulator(octopus: &mut Octopus, readings: u64) -> Vec<Latency> {
-    let plain = eight(|machine| Run::make(machine, None));
+    let plain = Run::plain(1);
     for line in settings() {
         octopus.ask(&line);
     }
     (0..readings)
         .map(|k| {
-            octopus.ask(FOLLOW);
+            octopus.ask(&follow(1));
             octopus.emulator.expect_idle(JOB).unwrap();
             octopus.emulator.take_recording();
             PATH.iter().for_each(|line| drop(octopus.ask(line)));
@@ -174,7 +186,7 @@ fn in_the_emulator(octopus: &mut Octopus, readings: u64) -> Vec<Latency> {
 fn assert_as_in_memory(plain: &Run, byte: u64, pulses: &Pulses) {
     const FOREGROUND: u64 = 40;
     let is_made = |at: u64| {
-        let run = eight(|machine| Run::make(machine, Some((plain.lead, at))));
+        let run = plain.trimmed(1, at);
         run.pulses.first_difference(pulses).is_none()
     };
     assert!(
@@ -183,23 +195,33 @@ fn assert_as_in_memory(plain: &Run, byte: u64, pulses: &Pulses) {
     );
 }
 
+/// A reading in each tick of `milliseconds`.
+fn in_memory(period: u32, milliseconds: u64) -> Vec<Latency> {
+    let plain = Run::plain(period);
+    let middle = plain.ticks.len() as u64 / 2;
+    (middle..middle + 100 * milliseconds)
+        .map(|at| plain.latency(at, &plain.trimmed(period, at).pulses))
+        .collect()
+}
+
 #[test]
 fn a_reading_is_in_the_pulses_within_the_queue_and_two_segments_whenever_it_comes() {
-    let plain = eight(|machine| Run::make(machine, None));
-    let middle = plain.ticks.len() as u64 / 2;
+    let worst = worst(&in_memory(1, 2));
 
-    // Every tick of two milliseconds.
-    let latencies: Vec<Latency> = (middle..middle + 200)
-        .map(|at| {
-            let trimmed = eight(|machine| Run::make(machine, Some((plain.lead, at))));
-            plain.latency(at, &trimmed.pulses)
-        })
-        .collect();
-
-    let worst = worst(&latencies);
     assert!(worst.segment > QUEUE, "{worst:?}: the queue is not 5 ms");
     assert!(worst.segment <= QUEUE + SEGMENT, "{worst:?}");
     assert!(worst.pulse <= QUEUE + 2.0 * SEGMENT, "{worst:?}");
+}
+
+#[test]
+fn a_reading_waits_for_the_next_tick_of_its_stream_and_no_longer() {
+    const PERIOD: u32 = 4;
+    let waits = f64::from(PERIOD - 1) * SEGMENT;
+
+    let worst = worst(&in_memory(PERIOD, 5));
+
+    assert!(worst.segment > QUEUE + waits, "{worst:?}");
+    assert!(worst.segment <= QUEUE + SEGMENT + waits, "{worst:?}");
 }
 
 #[test]
@@ -217,12 +239,11 @@ fn in_the_firmware_too_a_reading_is_in_the_pulses_within_the_queue_and_two_segme
 }
 
 #[test]
-#[ignore = "a minute in the emulator: run by cargo xtask bench"]
+#[ignore = "more than a minute in the emulator: run by cargo xtask bench"]
 fn figure_of_the_latency() {
     let mut octopus = Octopus::boot("latency-figure").expect("HEXSTEP_FIRMWARE_OCTOPUS");
 
-    let latencies = in_the_emulator(&mut octopus, 40);
+    let latencies = in_the_emulator(&mut octopus, 20);
 
     println!("trim_latency_ms {}", worst(&latencies).pulse);
-    println!("trim_latency_segment_ms {}", worst(&latencies).segment);
 }

@@ -25,7 +25,7 @@ const FULL_SCALE: f32 = 3.2767;
 /// Amount [steps].
 const AMOUNT: i64 = 80;
 /// Ticks at the floor of the tick rate, 40 kHz, from one step of a trim to the next at 0.5 mm/s: 2 ms.
-const GAP: u64 = 80;
+const GAP: f64 = 80.0;
 /// Ticks without a step by which a machine is seen to rest: 50 ms or more, longer than any gap of the paths here.
 const REST: u64 = 4_000;
 const PERIOD: Duration = Duration::from_millis(3);
@@ -56,8 +56,8 @@ const FAULTS: [(&str, Says); 5] = [
 fn broken(k: u32) -> Vec<u8> {
     let mut bytes = reading::encode(Some(0.1)).to_vec();
     match k % 6 {
-        0 => bytes[8] = DIGIT + (bytes[8] - DIGIT ^ 1),
-        1 => bytes[3] = DIGIT + (bytes[3] - DIGIT ^ 4),
+        0 => bytes[8] = DIGIT + ((bytes[8] - DIGIT) ^ 1),
+        1 => bytes[3] = DIGIT + ((bytes[3] - DIGIT) ^ 4),
         2 => drop(bytes.remove(5)),
         3 => drop(bytes.remove(0)),
         4 => bytes[1..].fill(0xFF),
@@ -120,21 +120,38 @@ fn assert_bounded(pulses: &Pulses, name: &str) -> i64 {
     let (z1, z2) = (steps(pulses, 2), steps(pulses, 6));
     let mirrored: Vec<(u64, i64)> = z2.iter().map(|(tick, sign)| (*tick, -sign)).collect();
     assert_eq!(z1, mirrored, "{name}: both sides in the same ticks");
-    let mut at = 0i64;
-    for (tick, sign) in &z1 {
-        at += sign;
+    let mut places: Vec<(u64, i64)> = Vec::new();
+    for (tick, sign) in z1 {
+        let at = places.last().map_or(0, |place| place.1) + sign;
         assert!(at.abs() <= AMOUNT, "{name}: {at} steps in tick {tick}");
+        for (before, from) in &places {
+            // Whole steps are asked for, one more or less than the way at the rate.
+            let most = (tick - before) as f64 / GAP + 1.0;
+            let way = (at - from).abs();
+            assert!(
+                way as f64 <= most,
+                "{name}: {way} steps from {before} to {tick}"
+            );
+        }
+        // So their means over 32 ms may go 17 steps in that time instead of 16; a tick lies between an instant and its pin.
+        if let Some((before, from)) = places.last()
+            && at - from == way_of(&places)
+        {
+            let gap = (tick - before + 1) as f64;
+            assert!(gap >= GAP * 16.0 / 17.0, "{name}: {gap} ticks to {tick}");
+        }
+        places.push((tick, at));
     }
-    for pair in z1.windows(2) {
-        let gap = pair[1].0 - pair[0].0;
-        // A pulse comes at the tick behind its instant; one that turns round may follow sooner.
-        let turns = pair[1].1 != pair[0].1;
-        assert!(
-            turns || gap + 1 >= GAP,
-            "{name}: a step {gap} ticks after {pair:?}"
-        );
+    places.last().map_or(0, |place| place.1)
+}
+
+/// The sign of the last step.
+fn way_of(places: &[(u64, i64)]) -> i64 {
+    match places {
+        [.., (_, before), (_, last)] => last - before,
+        [(_, last)] => *last,
+        [] => 0,
     }
-    at
 }
 
 /// The three stretches of a run that a fault holds.

@@ -277,6 +277,11 @@ impl<const N: usize> Machine<'_, N> {
         self.shared.starved()
     }
 
+    /// Number of the segment that runs, or ran last (wraps).
+    pub fn segment(&self) -> u32 {
+        self.shared.now().sequence
+    }
+
     /// Time since the machine was built [timer counts].
     pub fn now(&self) -> u64 {
         self.timer.now

@@ -12,6 +12,8 @@ use super::{Elf, EmulatorError};
 
 /// The handler of the step interrupt, as the vector table names it.
 pub const STEP_INTERRUPT: &str = "SysTick";
+/// The handler of the serial line's interrupt: one call for each byte that arrives.
+pub const SERIAL_INTERRUPT: &str = "USART1";
 /// Cycles to enter and to leave an interrupt; part of the model.
 pub const INTERRUPT_CYCLES: u32 = 12 + 12;
 

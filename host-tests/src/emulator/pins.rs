@@ -107,6 +107,8 @@ pub struct Recording {
     /// Cost of the step interrupt in each tick.
     costs: Vec<Cost>,
     tallies: Vec<Tally>,
+    /// Ticks in which calls of the watched functions have ended; none for the step interrupt, which has one in each.
+    ends: Vec<Vec<u64>>,
 }
 
 impl Recording {
@@ -131,12 +133,14 @@ impl Recording {
             changes: Vec::new(),
             costs: Vec::new(),
             tallies: Vec::new(),
+            ends: Vec::new(),
         }
     }
 
     pub(super) fn watch(&mut self, counter: Option<&Counter>) {
         let watched = counter.map_or(0, |counter| counter.functions.len());
         self.tallies = vec![Tally::default(); watched];
+        self.ends = vec![Vec::new(); watched];
     }
 
     /// Ticks so far.
@@ -187,6 +191,12 @@ impl Recording {
         self.tallies.get(function).copied().unwrap_or_default()
     }
 
+    /// Ticks in which the calls of watched function `function` have ended, in order: each call ended after the stores of
+    /// its tick and before those of the next. None for the step interrupt.
+    pub fn ends(&self, function: usize) -> &[u64] {
+        self.ends.get(function).map_or(&[], Vec::as_slice)
+    }
+
     /// Steps of each motor from start to end, forward positive; `both_edges` counts falling edges as steps too.
     pub fn positions(&self, both_edges: bool) -> [i64; MOTORS] {
         let mut positions = [0; MOTORS];
@@ -233,6 +243,7 @@ impl Recording {
             changes: Vec::new(),
             costs: Vec::new(),
             tallies: vec![Tally::default(); self.tallies.len()],
+            ends: vec![Vec::new(); self.ends.len()],
             ..*self
         }
     }
@@ -317,6 +328,8 @@ impl Recording {
             if let Some(last) = self.costs.last_mut() {
                 *last = cost;
             }
+        } else if let Some(ends) = self.ends.get_mut(function as usize) {
+            ends.push(self.tick);
         }
         if let Some(tally) = self.tallies.get_mut(function as usize) {
             tally.add(cost);
@@ -419,6 +432,11 @@ impl Pulses {
 
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// All of them in order.
+    pub fn iter(&self) -> impl Iterator<Item = &Pulse> {
+        self.0.iter()
     }
 
     /// Where the two part, with what each shows there; `None` if they are equal.

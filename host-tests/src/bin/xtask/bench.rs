@@ -51,6 +51,7 @@ pub fn task(board: Board, only_functions: bool) -> Outcome<()> {
     planning(&mut measured)?;
     peer(&mut measured)?;
     motion(&mut measured)?;
+    trim_latency(&octopus, &mut measured)?;
 
     println!();
     let missed = measured.print(true);
@@ -318,19 +319,30 @@ fn planning(measured: &mut Measured) -> Outcome<()> {
 fn peer(measured: &mut Measured) -> Outcome<()> {
     println!("the arm and its peer ...");
     // If the test fails for being slower, the ratio still stands there.
-    let said = said_by("arm", "a_pose_takes_no_longer_than_in_the_peer")?;
+    let said = said_by("arm", "a_pose_takes_no_longer_than_in_the_peer", &[])?;
     said.set("arm_against_peer_ratio", measured)
 }
 
 /// Limits, times and latencies of motion.
 fn motion(measured: &mut Measured) -> Outcome<()> {
     println!("motion: a thousand programs ...");
-    let said = said_by("planner", "figures::figures_of_motion")?;
+    let said = said_by("planner", "figures::figures_of_motion", &[])?;
     if !said.passed {
         return Err(format!("{} failed", said.command));
     }
     let mut figures = FIGURES.iter().filter(|f| f.key.starts_with("motion_"));
     figures.try_for_each(|figure| said.set(figure.key, measured))
+}
+
+/// Readings over the serial line of the Octopus's program, and when they show.
+fn trim_latency(octopus: &Path, measured: &mut Measured) -> Outcome<()> {
+    println!("readings over the serial line ...");
+    let firmware = [("HEXSTEP_FIRMWARE_OCTOPUS", octopus)];
+    let said = said_by("live_trim", "latency::figure_of_the_latency", &firmware)?;
+    if !said.passed {
+        return Err(format!("{} failed", said.command));
+    }
+    said.set("trim_latency_ms", measured)
 }
 
 /// What a test has printed: a line `key value` for each of its figures.
@@ -351,13 +363,14 @@ impl Said {
     }
 }
 
-/// Runs a test that the daily loop leaves out, in release.
-fn said_by(file: &str, test: &str) -> Outcome<Said> {
+/// Runs a test that the daily loop leaves out, in release, with what it shall find in its environment.
+fn said_by(file: &str, test: &str, environment: &[(&str, &Path)]) -> Outcome<Said> {
     let mut command = cargo();
     command
         .args(["test", "--quiet", "--release", "--package", "host-tests"])
         .args(["--test", file, "--", "--ignored", "--nocapture", "--exact"])
-        .arg(test);
+        .arg(test)
+        .envs(environment.iter().copied());
     let output = command
         .output()
         .map_err(|error| format!("{}: {error}", shown(&command)))?;

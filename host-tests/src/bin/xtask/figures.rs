@@ -80,6 +80,7 @@ pub const FIGURES: &[Figure] = &[
     figure("motion_zigzag_gain_mean", "times", None, "the same, mean over tolerances 0.003 to 0.3 mm"),
     figure("motion_hold_latency_ms", "ms", AtMost(10.0), "hold to deceleration, queue included, 1000 instants"),
     figure("motion_override_latency_ms", "ms", AtMost(50.0), "override to change of speed, queue included"),
+    figure("trim_latency_ms", "ms", AtMost(7.0), "a reading's last byte to the first pulse it moves, Octopus in the emulator, worst of 20: queue and two segments"),
     figure("five_axis_solve_instructions", "instructions", AtMost(900.0), "tool direction to both pairs of angles"),
     figure("five_axis_full_instructions", "instructions", AtMost(2500.0), "the same with choice and linear part"),
     figure("arm_ik_instructions", "instructions", AtMost(8000.0), "flange pose to eight branches"),

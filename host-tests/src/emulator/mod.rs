@@ -75,6 +75,11 @@ pub fn image_from_environment() -> Option<PathBuf> {
     std::env::var_os("HEXSTEP_FIRMWARE_BOOTLOADER").map(PathBuf::from)
 }
 
+/// The firmware for a six-axis arm: `HEXSTEP_FIRMWARE_ARM`.
+pub fn arm_from_environment() -> Option<PathBuf> {
+    std::env::var_os("HEXSTEP_FIRMWARE_ARM").map(PathBuf::from)
+}
+
 /// The firmware for the Octopus with its eight motors: `HEXSTEP_FIRMWARE_OCTOPUS`.
 pub fn octopus_from_environment() -> Option<PathBuf> {
     std::env::var_os("HEXSTEP_FIRMWARE_OCTOPUS").map(PathBuf::from)

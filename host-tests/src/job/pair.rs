@@ -155,7 +155,7 @@ impl PairJob {
             PairError::Support(SideError::OutOfTravel { joint }) => ("the support", joint + SIDE),
             other => {
                 let detail = "the pair cannot take this place".into();
-                return (error_name(other), "path".into(), detail);
+                return (other.name(), "path".into(), detail);
             }
         };
         let Some(of) = self.joints.get(joint) else {

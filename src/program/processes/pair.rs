@@ -4,8 +4,8 @@
 //! |---|---|
 //! | `$MIRROR=D1.5,V5` | the wall [mm], the feed of the support along the face [mm/s], `O`: how far both tools are drawn back |
 //! | `$MIRROR=ON,1.5`, `=OFF` | the wall, and points follow; there are no more |
-//! | `$MIRROR=GAUGE,1.44,1.45,...` | gauge readings of walls milled at `D`: the correction is learnt from three on |
-//! | `$MIRROR=BIAS`, `=BIAS,0` | shows the correction; forgets it |
+//! | `$MIRROR=GAUGE,1.44,1.45,...` | gauge readings of the walls of the last run: from three on, the next run is corrected |
+//! | `$MIRROR=BIAS`, `=BIAS,0` | shows the correction; forgets it, as another wall does |
 //! | `$KIN.B1=x,y,z,px,py,pz`, `B2` | turning axes: direction and a point [mm] |
 //! | `$KIN.TIPS=z1,z2`, `$KIN.WORK=x,y,z` | height of the tips at home, origin of both work frames at home [mm] |
 //!
@@ -13,6 +13,7 @@
 
 use super::given::{Given, Numbers, Parameter, PointLine, Running, Told, vector};
 use super::{Order, Processes, Progress, Standing, say};
+use crate::cycles::mirror_bias::{Bias, BiasError, LEAST_READINGS};
 use crate::error::Error;
 use crate::geometry::Vector;
 use crate::joints::Joints;
@@ -25,6 +26,7 @@ use crate::path::pair::{FaceError, FacePoint, PanelRows};
 use crate::path::points::{PointPath, Shop, left_for_corners};
 use crate::planner::PathSetting;
 use crate::program::list::{Word, reading, word};
+use crate::program::words::Decimal;
 use core::fmt::Write;
 
 /// Words of `$MIRROR`.
@@ -49,12 +51,21 @@ const fn parameter(name: &'static str, first: usize, count: usize) -> Parameter 
 const CHORDS: f32 = 0.85;
 /// How far the tools may lean beside what the machine leaves anyway [deg].
 const LEAN: f32 = 0.05;
+/// Largest correction of the wall [mm].
+const MOST_BIAS: f32 = 0.2;
+/// A reading farther from the wall that was asked for is none of it [mm].
+const GATE: f32 = 0.5;
+
 type Path = Running<PanelRows, PairGuide<f32>, 8>;
 
 /// A pair with its wall.
 pub struct PairProcesses {
     numbers: Numbers<17>,
     words: Given<{ MIRROR.len() }>,
+    /// What is added to the wall [mm] of the run under way or of the last one.
+    base: f32,
+    /// What the walls that it milled were found to be off by.
+    bias: Option<Bias<f32>>,
     sim: bool,
     begins: bool,
     /// A point that came while the blocks of the one before were still on their way.
@@ -76,6 +87,8 @@ impl Default for PairProcesses {
                 ],
             },
             words: Given::new(&MIRROR),
+            base: 0.0,
+            bias: None,
             sim: false,
             begins: false,
             queued: None,
@@ -159,20 +172,113 @@ impl PairProcesses {
         is_idle: bool,
         out: &mut dyn Write,
     ) -> Result<Order, Error> {
-        if value == Some("OFF") {
-            return self.point("END", out);
+        match value {
+            Some("OFF") => return self.point("END", out),
+            Some("BIAS") => {
+                self.show_bias(out);
+                return Ok(Order::Done);
+            }
+            _ => {}
         }
-        let Some(wall) = value.and_then(|value| value.strip_prefix("ON,")) else {
-            return self.words.obey("MIRROR", value, is_idle, out, check);
-        };
+        let (name, rest) = value
+            .and_then(|value| value.split_once(','))
+            .unwrap_or_default();
+        if !matches!((name, rest), ("ON" | "GAUGE", _) | ("BIAS", "0")) {
+            return self.obey_words(value, is_idle, out);
+        }
         if !is_idle {
             return Err(Error::NotIdle);
         }
+        match name {
+            "ON" => self.on(rest, out),
+            "GAUGE" => self.gauge(rest, out),
+            _ => {
+                self.forget_bias();
+                Ok(Order::Done)
+            }
+        }
+    }
+
+    fn forget_bias(&mut self) {
+        self.base = 0.0;
+        self.bias = None;
+    }
+
+    /// A new wall makes what was learnt of the one before void.
+    fn obey_words(
+        &mut self,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+    ) -> Result<Order, Error> {
+        let [before, ..] = self.words.values;
+        let order = self.words.obey("MIRROR", value, is_idle, out, check)?;
+        let [wall, ..] = self.words.values;
+        if wall != before {
+            self.forget_bias();
+        }
+        Ok(order)
+    }
+
+    fn on(&mut self, wall: &str, out: &mut dyn Write) -> Result<Order, Error> {
         let mut changed = self.words.values;
-        changed[0] = reading(wall).ok_or(Error::BadNumber)?;
+        let [before, ..] = changed;
+        let wall = reading(wall).ok_or(Error::BadNumber)?;
+        changed[0] = wall;
         check(&changed, out)?;
         self.words.values = changed;
+        if wall != before {
+            self.forget_bias();
+        }
         Ok(Order::Run { sim: false })
+    }
+
+    /// All readings of a line, or none.
+    fn gauge(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
+        let [wall, ..] = self.words.values;
+        let mut bias = match self.bias {
+            Some(bias) => bias,
+            None => Bias::new(wall, MOST_BIAS, GATE).map_err(|_| Error::ValueRange)?,
+        };
+        for word in text.split(',') {
+            let reading = reading(word).ok_or(Error::BadNumber)?;
+            bias.take(reading).map_err(|error| {
+                let (name, expected) = match error {
+                    BiasError::Outlier => ("Outlier", "within 0.5 mm of the wall"),
+                    _ => ("NonFinite", "finite numbers"),
+                };
+                say(out, format_args!("{name} reading: expected {expected}"));
+                Error::ValueRange
+            })?;
+        }
+        if bias.is_beyond() {
+            say(
+                out,
+                format_args!(
+                    "Beyond: the walls are off by more than {} mm; mend the machine, only so much is corrected",
+                    Decimal(MOST_BIAS)
+                ),
+            );
+        }
+        self.bias = Some(bias);
+        Ok(Order::Done)
+    }
+
+    /// What is added to the wall of the next run [mm].
+    fn correction(&self) -> f32 {
+        let learnt = self.bias.and_then(|bias| bias.correction());
+        (self.base + learnt.unwrap_or(0.0)).clamp(-MOST_BIAS, MOST_BIAS)
+    }
+
+    fn show_bias(&self, out: &mut dyn Write) {
+        let readings = self.bias.map_or(0, |bias| bias.readings());
+        let _ = write!(out, "[BIAS:{}|{readings}]\r\n", Decimal(self.correction()));
+        if readings < LEAST_READINGS {
+            say(
+                out,
+                format_args!("Learnt from {LEAST_READINGS} readings on, see $MIRROR=GAUGE"),
+            );
+        }
     }
 
     fn kin(
@@ -251,7 +357,7 @@ impl PairProcesses {
         let tool = PairGuide {
             machine: AtWall {
                 pair: self.pair_in(&standing.scale, out)?,
-                wall,
+                wall: wall + self.correction(),
             },
             speeds: Some(Joints(standing.speeds)),
         };
@@ -269,6 +375,11 @@ impl PairProcesses {
         };
         let rows = PanelRows { feed, begun: false };
         let near = standing.scale.joints(&standing.at);
+        if !self.sim {
+            // Later readings are of the walls that this run mills.
+            self.base = self.correction();
+            self.bias = None;
+        }
         self.begins = false;
         self.queued = None;
         self.path = Some(Path::new(PointPath::new(shop, rows, near), self.sim));

@@ -11,6 +11,7 @@ pub fn task() -> Outcome<()> {
     install::everything()?;
     let elf = firmware(Board::SkrPro, FIRMWARE, false)?;
     let behind_bootloader = firmware(Board::SkrPro, FIRMWARE, true)?;
+    let arm = firmware(Board::SkrProArm, FIRMWARE, false)?;
     let octopus = firmware(Board::Octopus, FIRMWARE, false)?;
 
     let mut failed = Vec::new();
@@ -41,6 +42,7 @@ pub fn task() -> Outcome<()> {
     );
     for (name, board) in [
         ("lints, target", Board::SkrPro),
+        ("lints, target in an arm", Board::SkrProArm),
         ("lints, target with eight motors", Board::Octopus),
     ] {
         step(
@@ -67,6 +69,7 @@ pub fn task() -> Outcome<()> {
         cargo()
             .args(["test", "--package", "host-tests", "--no-fail-fast"])
             .env("HEXSTEP_FIRMWARE", &elf)
+            .env("HEXSTEP_FIRMWARE_ARM", &arm)
             .env("HEXSTEP_FIRMWARE_OCTOPUS", &octopus)
             .env("HEXSTEP_FIRMWARE_BOOTLOADER", &behind_bootloader),
     );

@@ -93,7 +93,7 @@ impl Quantity {
 
 /// A window for motors with these limits [s]: shorter than the ramps of acceleration of those that move, which it would
 /// round off, but as long as can be, for the noise of the jerk falls with its third power.
-pub fn window_for(axes: &[AxisLimits; 6], moves: [bool; 6]) -> f64 {
+pub fn window_for<const N: usize>(axes: &[AxisLimits; N], moves: [bool; N]) -> f64 {
     let rises = axes.iter().zip(moves).filter(|(_, moves)| *moves);
     let shortest = rises.map(|(axis, _)| axis.acceleration / axis.jerk);
     (0.6 * shortest.fold(f64::INFINITY, f64::min)).clamp(0.01, 0.04)
@@ -135,11 +135,11 @@ impl Motors {
     }
 
     /// The pins in the middle of a stretch of time [s], counts, and the least times at the pins.
-    pub fn pulse_section(
+    pub fn pulse_section<const N: usize>(
         &self,
         report: &mut Report,
-        trace: &Trace<6>,
-        names: &[String; 6],
+        trace: &Trace<N>,
+        names: &[String; N],
         (first, last): (f64, f64),
         timing: &Timing,
     ) {

@@ -1,7 +1,7 @@
 //! What the pulses of both machines made of a panel: joints, speeds, the wall between the tips, and the trim.
 
 use super::mirror::told_walls;
-use super::motors::{Channel, Motors, Quantity, end_cell, told_end, window_for};
+use super::motors::{Channel, Motors, end_cell, told_end, window_for};
 use super::{Cell, Report};
 use crate::job::{AxisLimits, Job, PairJob};
 use crate::mirror::{Simulation, TOLERANCE};
@@ -304,17 +304,15 @@ impl<'a> PairFigures<'a> {
         report.section("Joints of both sides");
         let (from, to) = self.span();
         for (title, motors) in [
-            ("Along the row: X1, X2", [0, 4]),
-            ("Across the rows: Y1, Y2", [1, 5]),
-            ("Z1, Z2", [2, 6]),
-            ("B1, B2", [3, 7]),
+            ("X1 and X2, along the rows", [0, 4]),
+            ("Y1 and Y2, across them", [1, 5]),
+            ("Z1 and Z2", [2, 6]),
+            ("B1 and B2", [3, 7]),
         ] {
-            let chart = self.motors.position_chart(title, &motors, from, to);
-            report.figure(&chart, "");
-        }
-        for motor in 0..self.motors.figures.len() {
-            let chart = self.motors.chart(motor, Quantity::Speed, from, to);
-            report.figure(&chart, "");
+            let places = self.motors.position_chart(title, &motors, from, to);
+            report.figure(&places, "");
+            let speeds = self.motors.speed_chart("Their speeds", &motors, from, to);
+            report.figure(&speeds, "");
         }
         self.motors.limits_table(report);
         let names = motor_names(self.pair);

@@ -6,7 +6,7 @@
 use crate::export::{self, Span};
 use crate::files::write_whole;
 use crate::job::{Job, JobError};
-use crate::report::{Card, Finished, Standing, index};
+use crate::report::{Card, Finished, Standing, index, motor_names};
 use crate::run;
 use crate::trace::{Trace, bits, seconds};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -50,6 +50,7 @@ pub const DELIVERED: &[Delivered] = &[
     delivered!("precession-curved"),
     delivered!("mirror-panel"),
     delivered!("mirror-skin"),
+    delivered!("mirror-bias"),
 ];
 
 /// What `hexstep run` was asked for.
@@ -247,14 +248,18 @@ fn run_into(job: &Job, folder: &Path, extent: Extent, bar: &ProgressBar) -> Resu
     bar.set_message("measuring");
     let finished = Finished::of(job, &outcome, start.elapsed().as_secs_f64());
     bar.set_message("writing");
-    // What has no motion has no waves.
-    let extent = if outcome.trace.ticks() == 0 {
-        Extent::Nothing
-    } else {
-        extent
+    let html = &finished.html;
+    let written = match (&outcome.pair, job.pair()) {
+        (Some(run), Some(pair)) => {
+            write_results(folder, html, extent, &run.trace, &motor_names(pair))
+        }
+        _ => {
+            // What has no motion has no waves.
+            let moves = outcome.trace.ticks() > 0;
+            let extent = if moves { extent } else { Extent::Nothing };
+            write_results(folder, html, extent, &outcome.trace, &job.motor_names())
+        }
     };
-    let names = job.motor_names();
-    let written = write_results(folder, &finished.html, extent, &outcome.trace, &names);
     Ok(Ran { finished, written })
 }
 
@@ -320,12 +325,12 @@ fn load(name: Option<&str>) -> Result<Job, JobError> {
 }
 
 /// Report and trace, each whole or not at all; lines that tell what lies where.
-fn write_results(
+fn write_results<const N: usize>(
     folder: &Path,
     html: &str,
     extent: Extent,
-    trace: &Trace<6>,
-    names: &[String; 6],
+    trace: &Trace<N>,
+    names: &[String; N],
 ) -> io::Result<Vec<String>> {
     let report = folder.join("report.html");
     write_whole(&report, |out| out.write_all(html.as_bytes()))?;
@@ -345,9 +350,9 @@ fn write_results(
             seconds(span.to)
         ));
     }
-    let mut steps = [0u64; 6];
+    let mut steps = [0u64; N];
     for pulse in trace.pulses().take_while(|pulse| pulse.time <= span.to) {
-        for motor in bits::<6>(pulse.motors) {
+        for motor in bits::<N>(pulse.motors) {
             steps[motor] += 1;
         }
     }
@@ -361,7 +366,7 @@ fn write_results(
 }
 
 /// From the beginning to the tick before the one that would be too much; the whole when it is not too much.
-fn first_steps(trace: &Trace<6>, most: usize) -> Span {
+fn first_steps<const N: usize>(trace: &Trace<N>, most: usize) -> Span {
     let mut steps = 0;
     let mut to = 0;
     for pulse in trace.pulses() {

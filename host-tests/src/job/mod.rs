@@ -261,6 +261,14 @@ impl Job {
         }
     }
 
+    /// The pair of machines that mills a panel, where the job has one.
+    pub fn pair(&self) -> Option<&PairJob> {
+        match &self.task {
+            Task::Mirror(mirror) => mirror.pair.as_ref(),
+            _ => None,
+        }
+    }
+
     /// An error about the value at `key`, for what shows only when the job is worked out.
     pub fn refuse(&self, key: &str, name: &'static str, detail: String) -> JobError {
         self.places.refuse(key, name, detail)

@@ -21,7 +21,7 @@ use crate::job::{Job, JobError, PosesJob, Task};
 pub enum Made {
     Surface(Box<SurfaceMade>),
     Precession(Box<PrecessionMade>),
-    Mirror(MirrorMade),
+    Mirror(Box<MirrorMade>),
 }
 
 impl Made {
@@ -35,7 +35,7 @@ impl Made {
             Task::Precession(precession) => {
                 Self::Precession(Box::new(PrecessionMade::of(job, precession)?))
             }
-            Task::Mirror(mirror) => Self::Mirror(MirrorMade::of(job, mirror)?),
+            Task::Mirror(mirror) => Self::Mirror(Box::new(MirrorMade::of(job, mirror)?)),
             Task::DrillPoint(_) | Task::Counts(_) | Task::Path(_) | Task::Poses(_) => {
                 return Ok(None);
             }

@@ -47,12 +47,9 @@ impl Finished {
             (Task::Precession(precession), Some(Made::Precession(made))) => {
                 finished!(PrecessionFigures::of(job, precession, made, outcome, wall))
             }
-            (Task::Mirror(mirror), Some(Made::Mirror(made))) => finished!(MirrorFigures {
-                job,
-                mirror,
-                made,
-                wall,
-            }),
+            (Task::Mirror(mirror), Some(Made::Mirror(made))) => {
+                finished!(MirrorFigures::of(job, mirror, made, outcome, wall))
+            }
             _ => panic!("a process leaves what it became"),
         }
     }

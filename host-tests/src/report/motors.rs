@@ -80,6 +80,16 @@ pub enum Quantity {
 impl Quantity {
     pub const ALL: [Self; 4] = [Self::Position, Self::Speed, Self::Acceleration, Self::Jerk];
 
+    /// Its list of a motion.
+    fn of(self, motion: &Motion) -> &[f64] {
+        match self {
+            Self::Position => &motion.position,
+            Self::Speed => &motion.speed,
+            Self::Acceleration => &motion.acceleration,
+            Self::Jerk => &motion.jerk,
+        }
+    }
+
     /// Its name, and what follows the joint's unit.
     fn told(self) -> (&'static str, &'static str) {
         match self {
@@ -93,7 +103,7 @@ impl Quantity {
 
 /// A window for motors with these limits [s]: shorter than the ramps of acceleration of those that move, which it would
 /// round off, but as long as can be, for the noise of the jerk falls with its third power.
-pub fn window_for(axes: &[AxisLimits; 6], moves: [bool; 6]) -> f64 {
+pub fn window_for<const N: usize>(axes: &[AxisLimits; N], moves: [bool; N]) -> f64 {
     let rises = axes.iter().zip(moves).filter(|(_, moves)| *moves);
     let shortest = rises.map(|(axis, _)| axis.acceleration / axis.jerk);
     (0.6 * shortest.fold(f64::INFINITY, f64::min)).clamp(0.01, 0.04)
@@ -135,11 +145,11 @@ impl Motors {
     }
 
     /// The pins in the middle of a stretch of time [s], counts, and the least times at the pins.
-    pub fn pulse_section(
+    pub fn pulse_section<const N: usize>(
         &self,
         report: &mut Report,
-        trace: &Trace<6>,
-        names: &[String; 6],
+        trace: &Trace<N>,
+        names: &[String; N],
         (first, last): (f64, f64),
         timing: &Timing,
     ) {
@@ -363,31 +373,53 @@ impl Motors {
 
     /// Positions of some motors over a stretch of time [s].
     pub fn position_chart(&self, title: &str, motors: &[usize], from: f64, to: f64) -> String {
+        self.together(title, Quantity::Position, motors, from, to)
+            .svg()
+    }
+
+    /// Speeds of some motors, as large as they are: limits that are far away would flatten them.
+    pub fn speed_chart(&self, title: &str, motors: &[usize], from: f64, to: f64) -> String {
+        self.together(title, Quantity::Speed, motors, from, to)
+            .size(860.0, 170.0)
+            .svg()
+    }
+
+    fn together(
+        &self,
+        title: &str,
+        quantity: Quantity,
+        motors: &[usize],
+        from: f64,
+        to: f64,
+    ) -> Chart {
         let unit = motors.first().map_or("", |m| self.figures[*m].channel.unit);
+        let (name, per) = quantity.told();
         let mut chart =
-            Chart::new(title, "time [s]", &format!("position [{unit}]")).x_range(from, to);
+            Chart::new(title, "time [s]", &format!("{name} [{unit}{per}]")).x_range(from, to);
         for motor in motors {
             let f = &self.figures[*motor];
             let scale = f.channel.steps_per_unit;
-            let points = stretch(&f.motion, &f.motion.position, from, to);
+            let list = quantity.of(&f.motion);
+            let points = stretch(&f.motion, list, from, to);
             chart = chart.line(
                 &f.channel.name,
                 colour(*motor),
                 points.map(|(t, x)| (t, x / scale)),
             );
         }
-        chart.svg()
+        chart
     }
 
     /// One quantity of one motor over a stretch of time, its limits drawn in; positions without, travel is in the table.
     pub fn chart(&self, motor: usize, quantity: Quantity, from: f64, to: f64) -> String {
         let f = &self.figures[motor];
         let c = &f.channel;
-        let (list, limit) = match quantity {
-            Quantity::Position => (&f.motion.position, None),
-            Quantity::Speed => (&f.motion.speed, c.largest_rate),
-            Quantity::Acceleration => (&f.motion.acceleration, c.largest_acceleration),
-            Quantity::Jerk => (&f.motion.jerk, c.largest_jerk),
+        let list = quantity.of(&f.motion);
+        let limit = match quantity {
+            Quantity::Position => None,
+            Quantity::Speed => c.largest_rate,
+            Quantity::Acceleration => c.largest_acceleration,
+            Quantity::Jerk => c.largest_jerk,
         };
         let (name, per) = quantity.told();
         let scale = c.steps_per_unit;

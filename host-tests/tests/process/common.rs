@@ -33,3 +33,10 @@ pub fn ran(text: &str) -> (Job, Outcome) {
     let outcome = run(&job, &mut |_, _| {}).unwrap_or_else(|error| panic!("{error}"));
     (job, outcome)
 }
+
+/// A mirror job without its machines: only simulated.
+#[track_caller]
+pub fn still(text: &str) -> &str {
+    let (still, _) = text.split_once("# Joints in this order").expect("machines");
+    still
+}

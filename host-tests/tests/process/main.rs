@@ -3,6 +3,7 @@
 mod all;
 mod common;
 mod mirror;
+mod pair;
 mod precession;
 mod refused;
 mod surface;

@@ -1,6 +1,6 @@
 //! Mirror milling as a job: the tables of sections 10 and 11 of its specification, and a panel of our own.
 
-use crate::common::{ran, with};
+use crate::common::{ran, still, with};
 use hexstep_host::job::Task;
 use hexstep_host::mirror::{mean, sample_sigma};
 use hexstep_host::process::{Made, Milled};
@@ -10,7 +10,7 @@ const PANEL: &str = include_str!("../../jobs/mirror-panel.toml");
 const SKIN: &str = include_str!("../../jobs/mirror-skin.toml");
 
 fn milled(text: &str) -> Vec<Milled> {
-    let (_, outcome) = ran(text);
+    let (_, outcome) = ran(still(text));
     let Some(Made::Mirror(made)) = outcome.made else {
         panic!("a mirror job")
     };
@@ -104,16 +104,11 @@ fn the_histograms_count_every_tick_that_counts() {
 
 #[test]
 fn the_report_shows_the_papers_tables_beside_ours() {
-    let (job, outcome) = ran(PANEL);
+    let (job, outcome) = ran(still(PANEL));
     let (Task::Mirror(mirror), Some(Made::Mirror(made))) = (&job.task, &outcome.made) else {
         panic!("a mirror job")
     };
-    let figures = MirrorFigures {
-        job: &job,
-        mirror,
-        made,
-        wall: 0.1,
-    };
+    let figures = MirrorFigures::of(&job, mirror, made, &outcome, 0.1);
 
     let html = figures.html();
 
@@ -121,5 +116,5 @@ fn the_report_shows_the_papers_tables_beside_ours() {
     for told in ["1.4489", "0.02853", "0.01260", "1.500156", "0.002608"] {
         assert!(html.contains(told), "{told}");
     }
-    assert!(outcome.trace.is_empty());
+    assert!(outcome.trace.is_empty() && outcome.pair.is_none());
 }

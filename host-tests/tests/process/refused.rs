@@ -1,11 +1,12 @@
 //! Every row of the validation tables that a job file can break, by its name, at its key and line.
 
-use crate::common::{adding, parse, with};
+use crate::common::{adding, parse, still, with};
 
 const SOFT: &str = include_str!("../../jobs/dune-soft.toml");
 const SHELL: &str = include_str!("../../jobs/shell-soft.toml");
 const PLANE: &str = include_str!("../../jobs/precession-plane.toml");
 const PANEL: &str = include_str!("../../jobs/mirror-panel.toml");
+const BIAS: &str = include_str!("../../jobs/mirror-bias.toml");
 
 /// The text with this line in this table, in the place of the one that sets the same key.
 #[track_caller]
@@ -243,12 +244,129 @@ fn every_row_of_the_table_of_mirror_milling_that_a_job_has() {
     ] {
         refused(PANEL, "panel", line, name, key);
     }
-    let text = format!("{PANEL}\n[machine]\nmodel = \"arm\"\n");
-    assert_eq!(
-        parse(&text)
-            .map(|job| job.name)
-            .expect_err("no motion")
-            .name,
-        "UnknownField"
+    for (table, name) in [
+        ("[path]\nrows = [0]\n", "Contradictory"),
+        ("[stepper]\npulse_us = 2\n", "Contradictory"),
+        ("[machine]\nmodel = \"arm\"\n", "MissingField"),
+    ] {
+        let text = format!("{}\n{table}", still(PANEL));
+        let error = parse(&text).map(|job| job.name).expect_err(table);
+        assert_eq!(error.name, name, "{error}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_the_pair_or_its_path_is_refused_by_name() {
+    for (line, name, key) in [
+        ("pair = \"m5\"", "TooManyJoints", "machine.pair"),
+        ("pair = \"m6\"", "UnknownName", "machine.pair"),
+        ("max_rate = [100, 100]", "WrongType", "machine.max_rate"),
+        ("trim_share = 0", "OutOfRange", "machine.trim_share"),
+        ("trim_share = 0.6", "OutOfRange", "machine.trim_share"),
+        ("mill_tip = [0, 0, 50]", "UnknownField", "machine.mill_tip"),
+    ] {
+        refused(PANEL, "machine", line, name, key);
+    }
+    for (line, name, key) in [
+        ("rows = [3]", "OutOfRange", "path.rows[0]"),
+        ("rows = [0, 0.5]", "OutOfRange", "path.rows[1]"),
+        ("rows = []", "OutOfRange", "path.rows"),
+        ("from = -451", "OutOfRange", "path.from"),
+        ("to = -450", "Contradictory", "path.to"),
+        ("radius = 800", "OutOfRange", "path.radius"),
+        ("wave = [10, 900]", "Contradictory", "path.wave"),
+        ("lift = 0", "OutOfRange", "path.lift"),
+        ("tip_tolerance = nan", "NotFinite", "path.tip_tolerance"),
+        (
+            "points = [[0, 0, 0], [9, 0, 0]]",
+            "Contradictory",
+            "path.rows",
+        ),
+    ] {
+        let text = changed(PANEL, "path", line);
+        let error = parse(&text).map(|job| job.name).expect_err(line);
+        assert_eq!(
+            (error.name, error.key.as_deref()),
+            (name, Some(key)),
+            "{error}"
+        );
+        assert!(error.place.is_some(), "{error}");
+    }
+    // The controller trims by whole milliseconds.
+    for dt in ["0.0005", "0.0101", "0.2"] {
+        let line = format!("dt = {dt}");
+        refused(PANEL, "simulation", &line, "BadLimit", "simulation.dt");
+    }
+    let ten = parse(&with(PANEL, "pair", "pair = \"m5\"")).map(|job| job.name);
+    let told = ten.expect_err("ten joints").to_string();
+    assert!(
+        told.contains("eight motors") && told.contains("mirror.solve"),
+        "{told}"
     );
+}
+
+#[test]
+fn points_and_normals_that_are_none_are_refused_by_name() {
+    let (head, _) = PANEL.split_once("[path]").expect("a path");
+    for (points, normals, name, key) in [
+        (
+            "[[0, 0, 0], [9, 0, nan]]",
+            "[[0, 0, 1], [0, 0, 1]]",
+            "NonFinite",
+            "path.points[1]",
+        ),
+        (
+            "[[0, 0, 0], [9, 0, 0]]",
+            "[[0, 0, 1], [0, inf, 1]]",
+            "NonFinite",
+            "path.normals[1]",
+        ),
+        (
+            "[[0, 0, 0], [9, 0, 0]]",
+            "[[0, 0, 1e-7], [0, 0, 1]]",
+            "BadNormal",
+            "path.normals[0]",
+        ),
+        (
+            "[[0, 0, 0], [9, 0, 0]]",
+            "[[0, 0, 1]]",
+            "OutOfRange",
+            "path.normals",
+        ),
+        (
+            "[[0, 0, 0], [9, 0]]",
+            "[[0, 0, 1], [0, 0, 1]]",
+            "WrongType",
+            "path.points[1]",
+        ),
+        (
+            "[[0, 0, 0], [9, 0, 2e6]]",
+            "[[0, 0, 1], [0, 0, 1]]",
+            "OutOfRange",
+            "path.points[1]",
+        ),
+    ] {
+        let text = format!("{head}[path]\npoints = {points}\nnormals = {normals}\n");
+
+        let error = parse(&text).map(|job| job.name).expect_err(points);
+
+        assert_eq!(
+            (error.name, error.key.as_deref()),
+            (name, Some(key)),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_bias_that_is_none_is_refused_by_name() {
+    for (line, name, key) in [
+        ("offset = nan", "NonFinite", "bias.offset"),
+        ("most = 0", "BadLimit", "bias.most"),
+        ("most = inf", "BadLimit", "bias.most"),
+        ("gate = -1", "BadLimit", "bias.gate"),
+        ("readings = 9", "UnknownField", "bias.readings"),
+    ] {
+        refused(BIAS, "bias", line, name, key);
+    }
 }

@@ -54,7 +54,7 @@ impl<'a> SurfaceFigures<'a> {
         let plan = &self.made.own.plan;
         format!(
             "{}: {} rows ({} full) in {} segments, {} points, {} m",
-            name(self.made.own.strategy),
+            name(&self.made.own),
             plan.rows,
             plan.full_rows,
             plan.segments.len(),
@@ -73,6 +73,27 @@ impl<'a> SurfaceFigures<'a> {
             number(r.ratio(), 3),
             number(self.surface.grinding.process.scallop * 1e3, 1)
         )
+    }
+
+    /// What straight rows leave, and how many of them keep the scallop.
+    fn told_iso(&self) -> Option<String> {
+        let is_iso = |c: &&Compared| matches!(c.strategy, Strategy::Iso(_)) && !c.is_fewest;
+        let equal = self.strategies().find(is_iso)?;
+        let fewest = self.strategies().find(|c| c.is_fewest)?;
+        let own = self.made.own.plan.path_length();
+        let more = (fewest.plan.path_length() / own - 1.0) * 100.0;
+        Some(format!(
+            "{} straight rows leave {} to {} µm; it takes {} to keep the scallop: {} to {} µm, {} m, {} % {} path",
+            equal.plan.rows,
+            number(equal.residual.min * 1e3, 2),
+            number(equal.residual.max * 1e3, 2),
+            fewest.plan.rows,
+            number(fewest.residual.min * 1e3, 2),
+            number(fewest.residual.max * 1e3, 2),
+            number(fewest.plan.path_length() / 1e3, 2),
+            number(more.abs(), 1),
+            if more < 0.0 { "less" } else { "more" }
+        ))
     }
 
     fn told_reach(&self) -> String {
@@ -117,9 +138,12 @@ impl<'a> SurfaceFigures<'a> {
                     ": TOO MUCH"
                 }
             ),
+        ];
+        lines.extend(self.told_iso().map(|told| format!("iso      {told}")));
+        lines.extend([
             format!("arm      {}", self.told_reach()),
             format!("pulses   {}", self.told_ground()),
-        ];
+        ]);
         lines.extend(self.poses.summary());
         lines
     }
@@ -130,7 +154,7 @@ impl<'a> SurfaceFigures<'a> {
             &format!("Surface {}", self.job.name),
             "Curvature-adaptive rows on a free-form surface, what they leave between them, and some of them as pulses of a six-axis arm.",
         );
-        report.summary(&[
+        let mut summary = vec![
             ("Rows", self.told_rows().into()),
             (
                 "Left between them",
@@ -140,9 +164,13 @@ impl<'a> SurfaceFigures<'a> {
                     Cell::Judged(self.told_residual(), false)
                 },
             ),
+        ];
+        summary.extend(self.told_iso().map(|told| ("Straight rows", told.into())));
+        summary.extend([
             ("Arm", self.told_reach().into()),
             ("Pulses", self.told_ground().into()),
         ]);
+        report.summary(&summary);
         self.surface_section(&mut report);
         self.residual_section(&mut report);
         self.strategy_section(&mut report);
@@ -218,7 +246,7 @@ impl<'a> SurfaceFigures<'a> {
         let figures: Vec<(String, &str)> = self
             .strategies()
             .map(|compared| {
-                let title = format!("Residual, {}", name(compared.strategy));
+                let title = format!("Residual, {}", name(compared));
                 (self.map(&title, &compared.gaps, hi), "")
             })
             .collect();
@@ -274,7 +302,7 @@ impl<'a> SurfaceFigures<'a> {
                 let um = |x: f64| Cell::Number(number(x * 1e3, 2));
                 let scallop = self.surface.grinding.process.scallop;
                 vec![
-                    name(compared.strategy).into(),
+                    name(compared).into(),
                     Cell::Number(format!("{} ({})", plan.rows, plan.full_rows)),
                     Cell::Number(number(plan.points() as f64, 0)),
                     Cell::Number(number(plan.path_length() / 1e3, 2)),
@@ -311,7 +339,7 @@ impl<'a> SurfaceFigures<'a> {
         for (index, compared) in self.strategies().enumerate() {
             let title = format!(
                 "{}: max/min {}",
-                name(compared.strategy),
+                name(compared),
                 number(compared.residual.ratio(), 3)
             );
             let heights = compared.gaps.iter().map(|gap| gap.height * 1e3);
@@ -334,10 +362,11 @@ impl<'a> SurfaceFigures<'a> {
     }
 }
 
-fn name(strategy: Strategy) -> String {
-    match strategy {
+fn name(compared: &Compared) -> String {
+    match compared.strategy {
         Strategy::Adaptive => "adaptive".into(),
         Strategy::RowMin => "row minimum".into(),
+        Strategy::Iso(count) if compared.is_fewest => format!("iso, the fewest: {count} rows"),
         Strategy::Iso(count) => format!("iso, {count} rows"),
     }
 }

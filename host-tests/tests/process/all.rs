@@ -1,25 +1,8 @@
 //! Several jobs one after the other, and the page that shows them.
 
+use crate::common::Folder;
 use hexstep_host::cli::run::{BAD_INPUT, DELIVERED, Delivered, Request, SOUND, run_each};
 use hexstep_host::job::Job;
-use std::path::PathBuf;
-
-/// A folder of its own for one test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("hexstep-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("made");
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn delivered(name: &str) -> Delivered {
     let job = DELIVERED.iter().find(|job| job.name == name);

@@ -62,6 +62,7 @@ const GRINDING: &[&str] = &[
     "nu2",
     "r_rim",
     "r_crown",
+    "half_width",
     "force",
     "k",
     "rpm",
@@ -395,6 +396,9 @@ fn read_grinding(table: &Table<'_>, places: &Places) -> Result<surface::Job, Job
         Some(0) => job.step_mode = StepMode::Common,
         Some(_) => job.step_mode = StepMode::Row,
         None => {}
+    }
+    if table.has("half_width") {
+        job.half_width = Some(table.number("half_width", Kind::LOOSE)?);
     }
     job.check().map_err(|error| refusal(places, &error))?;
     Ok(job)

@@ -82,18 +82,23 @@ impl<'a> SurfaceFigures<'a> {
         let fewest = self.strategies().find(|c| c.is_fewest)?;
         let own = self.made.own.plan.path_length();
         let more = (fewest.plan.path_length() / own - 1.0) * 100.0;
-        Some(format!(
-            "{} straight rows leave {} to {} µm; it takes {} to keep the scallop: {} to {} µm, {} m, {} % {} path",
-            equal.plan.rows,
-            number(equal.residual.min * 1e3, 2),
-            number(equal.residual.max * 1e3, 2),
-            fewest.plan.rows,
-            number(fewest.residual.min * 1e3, 2),
-            number(fewest.residual.max * 1e3, 2),
+        let left = |c: &Compared| {
+            let (min, max) = (c.residual.min * 1e3, c.residual.max * 1e3);
+            format!("{} to {} µm", number(min, 2), number(max, 2))
+        };
+        let path = format!(
+            "{} m, {} % {} path than those planned",
             number(fewest.plan.path_length() / 1e3, 2),
             number(more.abs(), 1),
             if more < 0.0 { "less" } else { "more" }
-        ))
+        );
+        let told = format!("{} straight rows leave {}", equal.plan.rows, left(equal));
+        let takes = format!("it takes {} to keep the scallop", fewest.plan.rows);
+        Some(if fewest.plan.rows == equal.plan.rows {
+            format!("{told}; {takes}: {path}")
+        } else {
+            format!("{told}; {takes}: {}, {path}", left(fewest))
+        })
     }
 
     fn told_reach(&self) -> String {
@@ -233,8 +238,9 @@ impl<'a> SurfaceFigures<'a> {
         report.figure(
             &space.svg("The surface, isometric"),
             &format!(
-                "Blue: one in {every} of the {} rows, cut off where they leave the part. Orange: rows {first} to {last}, which became pulses. \
+                "Blue: {} of the {} rows, cut off where they leave the part. Orange: rows {first} to {last}, which became pulses. \
                  Rows stand closer where the part bulges, since the stripe of the wheel is narrower there.",
+                if every == 1 { "all".into() } else { format!("one in {every}") },
                 plan.rows
             ),
         );
@@ -366,7 +372,7 @@ fn name(compared: &Compared) -> String {
     match compared.strategy {
         Strategy::Adaptive => "adaptive".into(),
         Strategy::RowMin => "row minimum".into(),
-        Strategy::Iso(count) if compared.is_fewest => format!("iso, the fewest: {count} rows"),
+        Strategy::Iso(count) if compared.is_fewest => format!("iso, {count} rows (fewest)"),
         Strategy::Iso(count) => format!("iso, {count} rows"),
     }
 }

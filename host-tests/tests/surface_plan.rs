@@ -319,8 +319,13 @@ fn the_soft_job_is_planned_as_the_table_says_in_every_strategy_and_adaptive_with
 fn the_fewest_straight_rows_that_keep_the_scallop_are_those_of_the_table_and_one_less_leaves_more()
 {
     let part = &DUNE.part;
+    // Nodes make curved rows exact; these are straight.
+    let hard = Job {
+        nodes: 41,
+        ..Job::hard()
+    };
     for (job, few, fails, keeps, ratio, stations) in [
-        (Job::hard(), 468, 515, 540, 3.635, 8),
+        (hard, 468, 515, 540, 3.635, 8),
         (Job::soft(), 103, 113, 118, 4.625, 31),
     ] {
         let straight = |rows| {

@@ -257,7 +257,7 @@ fn every_row_of_the_table_of_surface_grinding_that_shows_in_planning() {
         "points = [[[0, 0, 0], [0, 0, 0]], [[120, 0, 0], [120, 0, 0]]]",
     );
     let narrow = {
-        let range = vec!["[-1, 1]"; 6].join(", ");
+        let range = ["[-1, 1]"; 6].join(", ");
         with(&dune, "travel", &format!("travel = [{range}]"))
     };
     for (what, text, name, key) in [

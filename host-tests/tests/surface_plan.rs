@@ -364,7 +364,7 @@ fn the_fewest_straight_rows_do_not_depend_on_where_the_search_begins() {
     println!("{found:?}");
     assert!(found.iter().all(|rows| *rows == found[0]), "{found:?}");
     let mut many = job;
-    many.process.scallop = 1e-6;
+    many.process.scallop = 1e-9;
     let left = simulate(
         part,
         &with(job, Strategy::Iso(50)),

@@ -286,8 +286,13 @@ fn a_csv_file_that_is_not_there_is_told() {
     let error = parse(&job_of("feed = 600\nfile = \"no-such.csv\"", "")).expect_err("refused");
 
     assert_eq!(
-        (error.file.as_str(), error.name),
-        ("jobs/no-such.csv", "BadFile")
+        (error.key.as_deref(), error.name),
+        (Some("path.file"), "BadFile")
+    );
+    assert!(error.place.is_some(), "{error}");
+    assert!(
+        error.detail.starts_with("jobs/no-such.csv cannot be read"),
+        "{error}"
     );
 }
 

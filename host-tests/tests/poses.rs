@@ -497,6 +497,14 @@ fn poses_of_a_csv_file_run_as_those_written_in_the_job_do_and_their_errors_name_
         );
         assert!(error.file.ends_with("poses.csv"), "{error}");
     }
+    std::fs::remove_file(folder.join("poses.csv")).unwrap();
+    let error = load().unwrap_err();
+    assert_eq!(
+        (error.name, error.key.as_deref()),
+        ("BadFile", Some("path.file")),
+        "{error}"
+    );
+    assert!(error.detail.contains("poses.csv cannot be read"), "{error}");
     // What shows only when the path is followed names its line as well.
     write("X,Y,Z,I,J,K\n20,30,40,.2,.1,.97\n20,30,40,.2,.1,-.97\n");
     let error = run::run(&load().unwrap(), &mut |_, _| {}).unwrap_err();

@@ -8,7 +8,8 @@ use hexstep::cycles::surface_grinding::{Depth, Model};
 use hexstep::geometry::{Pose, Rotation, Vector};
 use hexstep_host::calc;
 use hexstep_host::surface::{
-    Job, Part, PathRow, Plan, Residual, Rows, StepMode, Strategy, dune, joints, poses, residual,
+    Job, Part, PathRow, Plan, Residual, Rows, StepMode, Strategy, dune, fewest_iso, joints, poses,
+    residual,
 };
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -310,6 +311,68 @@ fn the_soft_job_is_planned_as_the_table_says_in_every_strategy_and_adaptive_with
     ] {
         assert_line(&line, name, extremes);
     }
+}
+
+/// The table grows its straight rows by a twentieth until the scallop is kept: 468, 491, 515, 540, and 103, 108, 113, 118. So
+/// the fewest lie behind the last number but one.
+#[test]
+fn the_fewest_straight_rows_that_keep_the_scallop_are_those_of_the_table_and_one_less_leaves_more()
+{
+    let part = &DUNE.part;
+    // Nodes make curved rows exact; these are straight.
+    let hard = Job {
+        nodes: 41,
+        ..Job::hard()
+    };
+    for (job, few, fails, keeps, ratio, stations) in [
+        (hard, 468, 515, 540, 3.635, 8),
+        (Job::soft(), 103, 113, 118, 4.625, 31),
+    ] {
+        let straight = |rows| {
+            let job = with(job, Strategy::Iso(rows));
+            simulate(part, &job, &plan_dune(&job), stations)
+        };
+
+        let fewest = fewest_iso(part, &job, stations, few, &straight(few)).unwrap();
+
+        println!("{} rows, {:?}", fewest.rows, fewest.residual);
+        assert!(
+            (fails + 1..=keeps).contains(&fewest.rows),
+            "{}",
+            fewest.rows
+        );
+        assert_eq!(fewest.residual, straight(fewest.rows));
+        assert!(fewest.residual.max <= 0.040);
+        assert!((fewest.residual.ratio() / ratio - 1.0).abs() < 0.05);
+        assert!(straight(fewest.rows - 1).max > 0.040);
+        assert_eq!(fewest.plan.rows, fewest.rows);
+        assert_eq!(fewest.plan.full_rows, fewest.rows);
+    }
+}
+
+#[test]
+fn the_fewest_straight_rows_do_not_depend_on_where_the_search_begins() {
+    let (part, job) = (&DUNE.part, Job::soft());
+    let search = |start| {
+        let begun = with(job, Strategy::Iso(start));
+        let left = simulate(part, &begun, &plan_dune(&begun), 8);
+        fewest_iso(part, &job, 8, start, &left).unwrap()
+    };
+
+    let found = [2, 60, 117, 300].map(|start| search(start).rows);
+
+    println!("{found:?}");
+    assert!(found.iter().all(|rows| *rows == found[0]), "{found:?}");
+    let mut many = job;
+    many.process.scallop = 1e-9;
+    let left = simulate(
+        part,
+        &with(job, Strategy::Iso(50)),
+        &plan_dune(&with(job, Strategy::Iso(50))),
+        2,
+    );
+    let error = fewest_iso(part, &many, 2, 50, &left).unwrap_err();
+    assert_eq!(error.name(), "TooManyRows");
 }
 
 #[test]

@@ -267,30 +267,10 @@ fn run_into(job: &Job, folder: &Path, extent: Extent, bar: &ProgressBar) -> Resu
 pub fn list() -> u8 {
     let mut text = String::new();
     for job in DELIVERED {
-        text.push_str(&format!(
-            "{:<18}{}\n",
-            job.name,
-            shortened(&job.about(), 100)
-        ));
+        text.push_str(&format!("{:<18}{}\n", job.name, job.about()));
     }
     say(&text);
     SOUND
-}
-
-/// At most so many characters, cut between words.
-fn shortened(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
-        return text.into();
-    }
-    let mut short = String::new();
-    for word in text.split(' ') {
-        if short.chars().count() + word.chars().count() + 3 > most {
-            break;
-        }
-        short.push_str(word);
-        short.push(' ');
-    }
-    format!("{}…", short.trim_end_matches([' ', ',', ':', ';']))
 }
 
 impl Delivered {
@@ -304,12 +284,23 @@ impl Delivered {
         }
     }
 
-    /// The first sentence of the comment at the head of its file.
+    /// The first sentence of the comment at the head of its file, which says what the job stands for.
     pub fn about(&self) -> String {
         let lines = self.text.lines().map_while(|line| line.strip_prefix("# "));
-        let comment = lines.collect::<Vec<_>>().join(" ");
-        let sentence = comment.split(". ").next().unwrap_or_default();
-        sentence.trim_end_matches('.').into()
+        first_sentence(&lines.collect::<Vec<_>>().join(" ")).into()
+    }
+}
+
+/// Up to the first full stop with a capital letter behind it: so "Fig. 5" does not end a sentence. Without the stop.
+fn first_sentence(text: &str) -> &str {
+    let is_end = |at: &usize| {
+        let mut behind = text[at + 1..].chars();
+        behind.next() == Some(' ') && behind.next().is_some_and(char::is_uppercase)
+    };
+    let mut stops = text.match_indices('.').map(|(at, _)| at);
+    match stops.find(is_end) {
+        Some(end) => &text[..end],
+        None => text.trim_end_matches('.'),
     }
 }
 

@@ -12,6 +12,7 @@
 
 mod axes;
 mod counts;
+mod csv;
 mod cues;
 mod drill;
 mod mirror;

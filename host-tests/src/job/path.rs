@@ -8,13 +8,13 @@
 use super::axes::{
     AXES, AxisLimits, CONTOUR, Contour, FIRST_TURNING, MOTORS, read_axes, read_contour, unit,
 };
+use super::csv::Csv;
 use super::cues::read_cues;
 use super::points::{LONGEST_DWELL, MOST_POINTS, Pace, PathPoint, Row, circle, read_csv, trochoid};
 use super::reader::{Kind, Table};
 use super::{Job, JobError, Place, Places};
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep::stepper::Timing;
-use std::path::Path;
 
 /// A path of joints. It begins where the machine stands: all joints at 0.
 #[derive(Clone, Debug)]
@@ -314,10 +314,8 @@ fn read_points(
         }
         Some("path.shape") => Ok((evenly(read_shape(path, places)?)?, Origin::Shape)),
         Some("path.file") => {
-            let beside = Path::new(&places.file).parent().unwrap_or(Path::new(""));
-            let file = beside.join(path.text("file")?);
-            let name = file.display().to_string();
-            let rows = read_csv(&file, &name)?;
+            let csv = Csv::beside(places, "path.file", path.text("file")?)?;
+            let rows = read_csv(&csv)?;
             let point = |row: &Row| {
                 let pace = paced(row.pace, "path.feed")?;
                 let (at, dwell) = (row.at, row.dwell);
@@ -325,7 +323,13 @@ fn read_points(
             };
             let points = rows.iter().map(point).collect::<Result<_, JobError>>()?;
             let lines = rows.iter().map(|row| row.line).collect();
-            Ok((points, Origin::File { file: name, lines }))
+            Ok((
+                points,
+                Origin::File {
+                    file: csv.name,
+                    lines,
+                },
+            ))
         }
         Some(_) => {
             let mut points = Vec::new();

@@ -7,8 +7,8 @@
 //! for a feed.
 
 use super::axes::MOTORS;
+use super::csv::{Csv, cells};
 use super::{JobError, Place};
-use std::path::Path;
 
 /// How fast a point is to be reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,30 +74,9 @@ impl Column {
     }
 }
 
-/// A CSV file, or what is wrong with it and where.
-struct Csv<'a> {
-    file: &'a str,
-}
-
-impl Csv<'_> {
-    fn refuse(
-        &self,
-        place: Option<Place>,
-        column: Option<&str>,
-        name: &'static str,
-        detail: String,
-    ) -> JobError {
-        JobError {
-            file: self.file.into(),
-            place,
-            key: column.map(Into::into),
-            name,
-            detail,
-        }
-    }
-
-    /// The columns that a head line names.
-    fn columns(&self, line: usize, text: &str) -> Result<Vec<(Column, String)>, JobError> {
+impl Csv {
+    /// The columns that a head line of points names.
+    fn point_columns(&self, line: usize, text: &str) -> Result<Vec<(Column, String)>, JobError> {
         let mut columns: Vec<(Column, String)> = Vec::new();
         for (place, name) in cells(line, text) {
             let Some(column) = Column::named(name) else {
@@ -122,37 +101,7 @@ impl Csv<'_> {
         Ok(columns)
     }
 
-    fn number(&self, place: Place, name: &str, cell: &str) -> Result<f64, JobError> {
-        match cell.parse::<f64>() {
-            Ok(x) if x.is_finite() => Ok(x),
-            Ok(_) => {
-                let detail = format!("expected a finite number, found {cell}");
-                Err(self.refuse(Some(place), Some(name), "NotFinite", detail))
-            }
-            Err(_) => {
-                let short: String = cell.chars().take(40).collect();
-                let detail = format!("expected a number, found {short:?}");
-                Err(self.refuse(Some(place), Some(name), "WrongType", detail))
-            }
-        }
-    }
-
-    fn ranged(
-        &self,
-        place: Place,
-        name: &str,
-        cell: &str,
-        (least, most): (f64, f64),
-    ) -> Result<f64, JobError> {
-        let x = self.number(place, name, cell)?;
-        if x >= least && x <= most {
-            return Ok(x);
-        }
-        let detail = format!("expected a number from {least:e} to {most:e}, found {x}");
-        Err(self.refuse(Some(place), Some(name), "OutOfRange", detail))
-    }
-
-    fn row(
+    fn point(
         &self,
         columns: &[(Column, String)],
         (line, text): (usize, &str),
@@ -164,13 +113,8 @@ impl Csv<'_> {
             dwell: 0.0,
             line,
         };
-        let count = cells(line, text).count();
-        if count != columns.len() {
-            let place = Some(Place { line, column: 1 });
-            let detail = format!("expected {} cells, found {count}", columns.len());
-            return Err(self.refuse(place, None, "WrongType", detail));
-        }
-        for ((place, cell), (column, name)) in cells(line, text).zip(columns) {
+        let cells = self.row((line, text), columns.len())?;
+        for ((place, cell), (column, name)) in cells.zip(columns) {
             if cell.is_empty() {
                 continue;
             }
@@ -198,34 +142,18 @@ impl Csv<'_> {
     }
 }
 
-/// The rows of a CSV file; `file` is the name that errors carry.
+/// The points of a CSV file.
 ///
 /// # Errors
-/// `BadFile`, and everything that can be wrong with a cell, with the line and column of the CSV file.
-pub(super) fn read_csv(path: &Path, file: &str) -> Result<Vec<Row>, JobError> {
-    let csv = Csv { file };
-    let bytes = std::fs::read(path).map_err(|error| {
-        let detail = format!(
-            "it cannot be read ({error}); the path is seen from the folder of the job file"
-        );
-        csv.refuse(None, None, "BadFile", detail)
-    })?;
-    let Ok(text) = std::str::from_utf8(&bytes) else {
-        let detail = "it is not text in UTF-8; a path is a table of comma-separated numbers";
-        return Err(csv.refuse(None, None, "BadFile", detail.into()));
-    };
-    // A mark that some spreadsheets put before everything else.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = (1..)
-        .zip(text.lines())
-        .map(|(line, text)| (line, text.split('#').next().unwrap_or("")))
-        .filter(|(_, text)| !text.trim().is_empty());
+/// Everything that can be wrong with a cell, with its line and column.
+pub(super) fn read_csv(csv: &Csv) -> Result<Vec<Row>, JobError> {
+    let mut lines = csv.lines();
     let Some((line, head)) = lines.next() else {
         let detail =
             "it is empty; expected a line of column names, such as d1,d2,F, and at least one row";
         return Err(csv.refuse(None, None, "OutOfRange", detail.into()));
     };
-    let columns = csv.columns(line, head)?;
+    let columns = csv.point_columns(line, head)?;
     let mut rows: Vec<Row> = Vec::new();
     for (line, text) in lines {
         if rows.len() >= MOST_POINTS {
@@ -234,7 +162,7 @@ pub(super) fn read_csv(path: &Path, file: &str) -> Result<Vec<Row>, JobError> {
             return Err(csv.refuse(place, None, "OutOfRange", detail));
         }
         let before = rows.last().map_or([0.0; 6], |row| row.at);
-        rows.push(csv.row(&columns, (line, text), &before)?);
+        rows.push(csv.point(&columns, (line, text), &before)?);
     }
     if rows.is_empty() {
         let place = Some(Place { line, column: 1 });
@@ -242,20 +170,6 @@ pub(super) fn read_csv(path: &Path, file: &str) -> Result<Vec<Row>, JobError> {
         return Err(csv.refuse(place, None, "OutOfRange", detail.into()));
     }
     Ok(rows)
-}
-
-/// The cells of a line with their places.
-pub(super) fn cells(line: usize, text: &str) -> impl Iterator<Item = (Place, &str)> {
-    let mut column = 1;
-    text.split(',').map(move |cell| {
-        let lead = cell.chars().take_while(|c| c.is_whitespace()).count();
-        let place = Place {
-            line,
-            column: column + lead,
-        };
-        column += cell.chars().count() + 1;
-        (place, cell.trim())
-    })
 }
 
 /// A circle in two joints, from the start of the path on: `chords` of them make a turn, and there are `count`.

@@ -8,13 +8,13 @@
 //! A CSV file has a head line that names its columns: X Y Z I J K, for an arm U V W too, and F for the feed [mm/min] or
 //! T for the inverse time [1/min] of the stretch that ends in the pose. What follows a `#` is a comment.
 
+use super::csv::{Csv, cells};
 use super::model::{Model, PoseMachine};
-use super::points::{MOST_POINTS, cells};
+use super::points::MOST_POINTS;
 use super::reader::{Kind, Table};
 use super::{Job, JobError, Pace, Place, Places};
 use hexstep::geometry::Vector;
 use hexstep::stepper::Timing;
-use std::path::Path;
 
 /// Poses that a machine runs through.
 #[derive(Clone, Debug)]
@@ -294,33 +294,11 @@ const FEED: usize = 9;
 const INVERSE_TIME: usize = 10;
 
 fn from_file(path: &Table<'_>, is_arm: bool, places: &Places) -> Result<Found, JobError> {
-    let given = path.text("file")?;
-    let folder = Path::new(&places.file).parent().unwrap_or(Path::new(""));
-    let file = folder.join(given);
-    let name = file.display().to_string();
-    let bytes = std::fs::read(&file).map_err(|error| {
-        let detail = format!(
-            "{name} cannot be read ({error}); the path is seen from the folder of the job file"
-        );
-        places.refuse("path.file", "BadFile", detail)
-    })?;
-    let refuse = |place, key: Option<&str>, error: &'static str, detail: String| JobError {
-        file: name.clone(),
-        place,
-        key: key.map(Into::into),
-        name: error,
-        detail,
+    let csv = Csv::beside(places, "path.file", path.text("file")?)?;
+    let refuse = |place, key: Option<&str>, error: &'static str, detail: String| {
+        csv.refuse(place, key, error, detail)
     };
-    let text = std::str::from_utf8(&bytes).map_err(|_| {
-        let detail = "it is not text in UTF-8; expected a table of comma-separated numbers";
-        refuse(None, None, "BadFile", detail.into())
-    })?;
-    // A mark that some spreadsheets put before everything else.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = (1..)
-        .zip(text.lines())
-        .map(|(line, text)| (line, text.split('#').next().unwrap_or("")))
-        .filter(|(_, text)| !text.trim().is_empty());
+    let mut lines = csv.lines();
     let wanted = if is_arm { 9 } else { 6 };
 
     let Some((head_line, head)) = lines.next() else {
@@ -365,28 +343,16 @@ fn from_file(path: &Table<'_>, is_arm: bool, places: &Places) -> Result<Found, J
             let detail = format!("more than {MOST_POINTS} poses; split the path");
             return Err(refuse(start, None, "OutOfRange", detail));
         }
-        let count = cells(line, text).count();
-        if count != columns.len() {
-            let detail = format!("expected {} cells, found {count}", columns.len());
-            return Err(refuse(start, None, "WrongType", detail));
-        }
         let (mut row, mut pace) = ([0.0; 9], None);
-        for ((place, cell), column) in cells(line, text).zip(&columns) {
-            let refuse = |name, detail| refuse(Some(place), Some(COLUMNS[*column]), name, detail);
+        for ((place, cell), column) in csv.row((line, text), columns.len())?.zip(&columns) {
+            let name = COLUMNS[*column];
             if cell.is_empty() && *column >= FEED {
                 continue;
             }
-            let x = match cell.parse::<f64>() {
-                Ok(x) if x.is_finite() => x,
-                Ok(_) => {
-                    let detail = format!("expected a finite number, found {cell}");
-                    return Err(refuse("NotFinite", detail));
-                }
-                Err(_) => {
-                    let short: String = cell.chars().take(40).collect();
-                    let detail = format!("expected a number, found {short:?}");
-                    return Err(refuse("WrongType", detail));
-                }
+            let x = if *column < FEED {
+                csv.number(place, name, cell)?
+            } else {
+                csv.ranged(place, name, cell, Pace::FEEDS)?
             };
             let given = match *column {
                 FEED => Pace::Feed(x),
@@ -396,14 +362,14 @@ fn from_file(path: &Table<'_>, is_arm: bool, places: &Places) -> Result<Found, J
                     continue;
                 }
             };
-            let (least, most) = Pace::FEEDS;
-            if !(least..=most).contains(&x) {
-                let detail = format!("expected a number from {least:e} to {most:e}, found {x}");
-                return Err(refuse("OutOfRange", detail));
-            }
             if pace.replace(given).is_some() {
                 let detail = "this row has a feed and an inverse time; leave one of them empty";
-                return Err(refuse("Contradictory", detail.into()));
+                return Err(refuse(
+                    Some(place),
+                    Some(name),
+                    "Contradictory",
+                    detail.into(),
+                ));
             }
         }
         numbers.push(row);
@@ -413,6 +379,6 @@ fn from_file(path: &Table<'_>, is_arm: bool, places: &Places) -> Result<Found, J
     Ok(Found {
         numbers,
         paces,
-        origin: Origin::File(name, places_of),
+        origin: Origin::File(csv.name, places_of),
     })
 }

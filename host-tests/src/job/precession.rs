@@ -1,11 +1,15 @@
 //! Jobs of kind `precession`: a bonnet along points of a surface under continuous precession, on any machine.
 //!
+//! The points stand in the job, or in a CSV file with the columns x, y, z, nx, ny, nz.
+//!
 //! Numbers of the process are checked by the library's cycle, so that an error has the name that it has everywhere.
 
+use super::csv::{Csv, Row};
 use super::model::PoseMachine;
+use super::points::MOST_POINTS;
 use super::poses::{MOTION, Motion};
 use super::reader::{Kind, Table};
-use super::{Job, JobError, Places};
+use super::{Job, JobError, Place, Places};
 use hexstep::cycles::precession::{
     Contact, Cycle, Drive, FarEnd, FeedAt, Field, Parameters, PrecessionError, Reference,
 };
@@ -22,7 +26,18 @@ pub struct PrecessionJob {
     pub spindle: f64,
     pub machine: PoseMachine,
     pub motion: Motion,
+    origin: Origin,
 }
+
+/// Where the points stand.
+#[derive(Clone, Debug)]
+enum Origin {
+    Arrays,
+    /// The file with the line of each point, and in each line the columns at which point and normal begin.
+    File(String, Vec<[Place; 2]>),
+}
+
+const COLUMNS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
 
 const POLISHING: &[&str] = &[
     "theta",
@@ -59,28 +74,14 @@ impl PrecessionJob {
         polishing.known(POLISHING)?;
         let (parameters, spindle) = read_parameters(&polishing, places)?;
         let path = root.table("path")?;
-        path.known(&[MOTION, &["points", "normals"]].concat())?;
-        let read = |key: &str| -> Result<Vec<Vector<f64>>, JobError> {
-            let rows = path.lists(key)?.into_iter().enumerate();
-            rows.map(|(index, row)| match row.as_slice() {
-                [x, y, z] => Ok(Vector::new(*x, *y, *z)),
-                other => {
-                    let key = format!("path.{key}[{index}]");
-                    let detail = format!("expected [x, y, z], found {} numbers", other.len());
-                    Err(places.refuse(&key, "WrongType", detail))
-                }
-            })
-            .collect()
-        };
-        let (points, normals) = (read("points")?, read("normals")?);
-        // Refused as a path without points: the checks before it still come first.
-        let contacts = if points.len() == normals.len() {
-            let pairs = points.iter().zip(&normals);
-            pairs.map(|(p, n)| Contact { p: *p, n: *n }).collect()
+        path.known(&[MOTION, &["points", "normals", "points_csv"]].concat())?;
+        let (contacts, origin) = if path.has("points_csv") {
+            from_file(&path, places)?
         } else {
-            Vec::new()
+            (inline(&path, places)?, Origin::Arrays)
         };
-        let cycle = Cycle::new(&parameters, &contacts).map_err(|error| refusal(places, &error))?;
+        let cycle =
+            Cycle::new(&parameters, &contacts).map_err(|error| refusal(places, &origin, &error))?;
         let poses: u64 = cycle.segments().map(|s| u64::from(s.steps())).sum();
         if poses > MOST_POSES {
             let detail = format!(
@@ -90,7 +91,7 @@ impl PrecessionJob {
         }
         if poses == 0 {
             let detail = "all points are the same place; give another, or a dwell for one alone";
-            return Err(places.refuse("path.points", "BadPath", detail.into()));
+            return Err(places.refuse(origin.key(), "BadPath", detail.into()));
         }
         Ok(Self {
             parameters,
@@ -98,7 +99,13 @@ impl PrecessionJob {
             spindle,
             motion: Motion::read(&path, machine.joints.len())?,
             machine,
+            origin,
         })
+    }
+
+    /// The key at which the points stand.
+    pub fn points_key(&self) -> &'static str {
+        self.origin.key()
     }
 
     /// The cycle, which was checked when the job was read.
@@ -106,21 +113,89 @@ impl PrecessionJob {
     /// # Errors
     /// Those of the cycle.
     pub fn cycle(&self, job: &Job) -> Result<Cycle<'_, f64>, JobError> {
-        Cycle::new(&self.parameters, &self.contacts).map_err(|error| refusal(&job.places, &error))
+        let cycle = Cycle::new(&self.parameters, &self.contacts);
+        cycle.map_err(|error| refusal(&job.places, &self.origin, &error))
     }
 }
 
-fn refusal(places: &Places, error: &PrecessionError) -> JobError {
-    let key = match (error.field(), error.index()) {
-        (Some(field @ (Field::Points | Field::Normals)), Some(index)) => {
-            format!("path.{}[{index}]", field.name())
+impl Origin {
+    fn key(&self) -> &'static str {
+        match self {
+            Self::Arrays => "path.points",
+            Self::File(..) => "path.points_csv",
         }
-        (Some(field @ (Field::Points | Field::Normals)), None) => format!("path.{}", field.name()),
-        (Some(field), _) => format!("polishing.{}", field.name()),
-        (None, Some(index)) => format!("path.points[{index}]"),
-        (None, None) => "path.points".into(),
+    }
+}
+
+fn inline(path: &Table<'_>, places: &Places) -> Result<Vec<Contact<f64>>, JobError> {
+    let read = |key: &str| -> Result<Vec<Vector<f64>>, JobError> {
+        let rows = path.lists(key)?.into_iter().enumerate();
+        rows.map(|(index, row)| match row.as_slice() {
+            [x, y, z] => Ok(Vector::new(*x, *y, *z)),
+            other => {
+                let key = format!("path.{key}[{index}]");
+                let detail = format!("expected [x, y, z], found {} numbers", other.len());
+                Err(places.refuse(&key, "WrongType", detail))
+            }
+        })
+        .collect()
     };
-    places.refuse(&key, error.name(), error.remedy().into())
+    let (points, normals) = (read("points")?, read("normals")?);
+    // Refused as a path without points: the checks before it still come first.
+    Ok(if points.len() == normals.len() {
+        let pairs = points.iter().zip(&normals);
+        pairs.map(|(p, n)| Contact { p: *p, n: *n }).collect()
+    } else {
+        Vec::new()
+    })
+}
+
+fn from_file(path: &Table<'_>, places: &Places) -> Result<(Vec<Contact<f64>>, Origin), JobError> {
+    if let Some(other) = ["points", "normals"].iter().find(|key| path.has(key)) {
+        let detail = format!("points_csv and {other} exclude each other");
+        return Err(places.refuse(&format!("path.{other}"), "Contradictory", detail));
+    }
+    let csv = Csv::beside(places, "path.points_csv", path.text("points_csv")?)?;
+    let rows = csv.table(COLUMNS, COLUMNS.len(), MOST_POINTS)?;
+    let contact = |row: &Row<6>| Contact {
+        p: Vector::from_array(row.three(0)),
+        n: Vector::from_array(row.three(3)),
+    };
+    let contacts = rows.iter().map(contact).collect();
+    let lines = rows.iter().map(|row| [row.place(0), row.place(3)]);
+    Ok((contacts, Origin::File(csv.name, lines.collect())))
+}
+
+fn refusal(places: &Places, origin: &Origin, error: &PrecessionError) -> JobError {
+    let (key, index) = match (error.field(), error.index()) {
+        (Some(field @ (Field::Points | Field::Normals)), index) => (field.name(), index),
+        (Some(field), _) => {
+            let key = format!("polishing.{}", field.name());
+            return places.refuse(&key, error.name(), error.remedy().into());
+        }
+        (None, index) => ("points", index),
+    };
+    let element = match index {
+        Some(index) => format!("{key}[{index}]"),
+        None => key.into(),
+    };
+    match origin {
+        Origin::Arrays => places.refuse(
+            &format!("path.{element}"),
+            error.name(),
+            error.remedy().into(),
+        ),
+        Origin::File(file, lines) => {
+            let line = index.and_then(|index| lines.get(index as usize));
+            JobError {
+                file: file.clone(),
+                place: line.map(|[point, normal]| if key == "normals" { *normal } else { *point }),
+                key: Some(element),
+                name: error.name(),
+                detail: error.remedy().into(),
+            }
+        }
+    }
 }
 
 fn read_parameters(table: &Table<'_>, places: &Places) -> Result<(Parameters<f64>, f64), JobError> {

@@ -1,7 +1,7 @@
 //! Jobs of kind `surface`: a part, how it is ground, and the arm that does it.
 //!
 //! ```text
-//! [surface]   a NURBS surface, or "dune"             -> Part
+//! [surface]   a NURBS surface, or "dune"             -> Part; control points also from a CSV file
 //! [grinding]  wheel, materials, process, planning    -> surface::Job, checked
 //! [path]      the rows that become pulses, lifts     -> rows, planned when the job is run
 //! [machine]   an arm: a wheel needs all six joints
@@ -9,6 +9,7 @@
 //!
 //! Numbers of the process are checked by the process itself, so that an error has the name that it has everywhere.
 
+use super::csv::Csv;
 use super::model::{Model, PoseMachine};
 use super::poses::{MOTION, Motion};
 use super::reader::{Kind, Table};
@@ -16,8 +17,9 @@ use super::{Job, JobError, Places};
 use crate::surface::{self, Part, StepMode, Strategy, SurfaceError, dune};
 use hexstep::cycles::surface_grinding::{Depth, Model as Combining, Sense};
 use hexstep::geometry::Vector;
-use hexstep::geometry::nurbs::NurbsError;
+use hexstep::geometry::nurbs::{MAX_COUNT, NurbsError};
 use hexstep::stepper::Timing;
+use std::collections::BTreeMap;
 
 /// A surface to be ground.
 #[derive(Clone, Debug)]
@@ -41,7 +43,17 @@ pub struct SurfaceJob {
     pub lift: f64,
 }
 
-const SURFACE: &[&str] = &["shape", "degree", "knots_u", "knots_v", "points", "weights"];
+const SURFACE: &[&str] = &[
+    "shape",
+    "degree",
+    "knots_u",
+    "knots_v",
+    "points",
+    "points_csv",
+    "weights",
+];
+/// Of a file with control points: numbers of the point along u and v from 0, the point [mm], its weight.
+const COLUMNS: [&str; 6] = ["i", "j", "x", "y", "z", "w"];
 const GRINDING: &[&str] = &[
     "preset",
     "e1",
@@ -50,6 +62,7 @@ const GRINDING: &[&str] = &[
     "nu2",
     "r_rim",
     "r_crown",
+    "half_width",
     "force",
     "k",
     "rpm",
@@ -157,6 +170,26 @@ fn read_part(table: &Table<'_>, places: &Places) -> Result<(&'static str, Box<Pa
     }
     let [p, q] = table.wholes::<2>("degree", i64::MIN, i64::MAX)?;
     let degree = [p, q].map(|d| usize::try_from(d).unwrap_or(0));
+    let (knots_u, knots_v) = (table.list("knots_u")?, table.list("knots_v")?);
+    if table.has("points_csv") {
+        let net = net_of_file(table, places)?;
+        let part = Part::new(
+            degree,
+            net.counts,
+            [&knots_u, &knots_v],
+            &net.points,
+            &net.weights,
+        );
+        // Of the net as a whole; what is wrong with one point was told with its line.
+        let part = part.map_err(|error| match error.name() {
+            "BadNet" => {
+                let detail = format!("{}: {}", net.file, error.remedy());
+                places.refuse("surface.points_csv", error.name(), detail)
+            }
+            _ => refuse(error),
+        })?;
+        return Ok(("own", Box::new(part)));
+    }
     let net = table.net("points")?;
     let width = net.first().map_or(0, Vec::len);
     let mut points = Vec::new();
@@ -187,7 +220,6 @@ fn read_part(table: &Table<'_>, places: &Places) -> Result<(&'static str, Box<Pa
     } else {
         Vec::new()
     };
-    let (knots_u, knots_v) = (table.list("knots_u")?, table.list("knots_v")?);
     let part = Part::new(degree, counts, [&knots_u, &knots_v], &points, &weights);
     let part = part.map_err(|error| {
         let refused = refuse(error);
@@ -197,6 +229,76 @@ fn read_part(table: &Table<'_>, places: &Places) -> Result<(&'static str, Box<Pa
         places.refuse("surface.weights", refused.name, refused.detail)
     })?;
     Ok(("own", Box::new(part)))
+}
+
+/// Control points of a file.
+struct Net {
+    file: String,
+    counts: [usize; 2],
+    points: Vec<Vector<f64>>,
+    /// None where the file has no column of them.
+    weights: Vec<f64>,
+}
+
+/// Every (i, j) of a rectangle once, in any order.
+fn net_of_file(table: &Table<'_>, places: &Places) -> Result<Net, JobError> {
+    if let Some(other) = ["points", "weights"].iter().find(|key| table.has(key)) {
+        let detail = format!("points_csv and {other} exclude each other");
+        return Err(places.refuse(&format!("surface.{other}"), "Contradictory", detail));
+    }
+    let csv = Csv::beside(places, "surface.points_csv", table.text("points_csv")?)?;
+    let rows = csv.table(COLUMNS, 5, MAX_COUNT * MAX_COUNT)?;
+    let mut net: BTreeMap<[usize; 2], (Vector<f64>, Option<f64>)> = BTreeMap::new();
+    for row in &rows {
+        let refuse = |column: usize, name, detail| {
+            csv.refuse(Some(row.place(column)), Some(COLUMNS[column]), name, detail)
+        };
+        let mut at = [0; 2];
+        for (column, slot) in at.iter_mut().enumerate() {
+            let number = row.number(column).unwrap_or(f64::NAN);
+            let most = (MAX_COUNT - 1) as f64;
+            if !((0.0..=most).contains(&number) && number.fract() == 0.0) {
+                let detail = format!("expected a whole number from 0 to {most}, found {number}");
+                return Err(refuse(column, "BadNet", detail));
+            }
+            // Whole and small.
+            *slot = number as usize;
+        }
+        let point = row.three(2);
+        if let Some(column) = point.iter().position(|x| !x.is_finite()) {
+            let detail = format!("expected a finite number, found {}", point[column]);
+            return Err(refuse(2 + column, "BadNet", detail));
+        }
+        let weight = row.number(5);
+        if weight.is_some_and(|w| !(w.is_finite() && w > 0.0)) {
+            let detail = "expected a finite weight above 0".into();
+            return Err(refuse(5, "BadWeight", detail));
+        }
+        if net
+            .insert(at, (Vector::from_array(point), weight))
+            .is_some()
+        {
+            let detail = format!("the control point ({}, {}) is there already", at[0], at[1]);
+            return Err(refuse(0, "BadNet", detail));
+        }
+    }
+    let count = |k: usize| net.keys().map(|at| at[k] + 1).max().unwrap_or(0);
+    let counts = [count(0), count(1)];
+    let all = (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j]));
+    if let Some([i, j]) = all.into_iter().find(|at| !net.contains_key(at)) {
+        let detail = format!(
+            "the control point ({i}, {j}) is missing; expected every i from 0 to {} with every j from 0 to {}",
+            counts[0] - 1,
+            counts[1] - 1
+        );
+        return Err(csv.refuse(None, None, "BadNet", detail));
+    }
+    Ok(Net {
+        file: csv.name,
+        counts,
+        points: net.values().map(|(point, _)| *point).collect(),
+        weights: net.values().filter_map(|(_, weight)| *weight).collect(),
+    })
 }
 
 fn read_grinding(table: &Table<'_>, places: &Places) -> Result<surface::Job, JobError> {
@@ -294,6 +396,9 @@ fn read_grinding(table: &Table<'_>, places: &Places) -> Result<surface::Job, Job
         Some(0) => job.step_mode = StepMode::Common,
         Some(_) => job.step_mode = StepMode::Row,
         None => {}
+    }
+    if table.has("half_width") {
+        job.half_width = Some(table.number("half_width", Kind::LOOSE)?);
     }
     job.check().map_err(|error| refusal(places, &error))?;
     Ok(job)

@@ -154,13 +154,11 @@ impl Chart {
             let y = y_pixel(limit.y);
             if (TOP..=bottom).contains(&y) {
                 canvas.line((LEFT, y), (right, y), LIMIT, 1.2, "6 4");
-                canvas.text(
-                    (right - 4.0, y - 4.0),
-                    Anchor::End,
-                    LIMIT,
-                    10.5,
-                    &limit.name,
-                );
+                // A name stands on its line, or hangs below it where another line is close above.
+                let mut others = self.limits.iter().map(|other| y - y_pixel(other.y));
+                let is_close = others.any(|above| above > 0.0 && above < 14.0);
+                let text = if is_close { y + 11.0 } else { y - 4.0 };
+                canvas.text((right - 4.0, text), Anchor::End, LIMIT, 10.5, &limit.name);
             }
         }
 

@@ -49,7 +49,7 @@ impl Histogram {
         Self {
             title: title.into(),
             x_label: x_label.into(),
-            size: (860.0, 170.0),
+            size: (860.0, 190.0),
             x,
             shares: counts.iter().map(share).collect(),
             colour: super::colour(0).into(),
@@ -86,7 +86,14 @@ impl Histogram {
         let mut canvas = Canvas::new(width, height);
         let (right, bottom) = (width - RIGHT, height - BOTTOM);
         let (x_lo, x_hi) = self.x;
-        let most = self.shares.iter().copied().fold(1e-9, f64::max) * 1.12;
+        // Bars end below the names of bands and limits.
+        let names = match (self.bands.is_empty(), self.limits.is_empty()) {
+            (_, false) => 32.0,
+            (false, true) => 18.0,
+            (true, true) => 8.0,
+        };
+        let air = (bottom - TOP) / (bottom - TOP - names).max(1.0);
+        let most = self.shares.iter().copied().fold(1e-9, f64::max) * air;
         let x_pixel = |x: f64| LEFT + ((x - x_lo) / (x_hi - x_lo)).clamp(0.0, 1.0) * (right - LEFT);
         let y_pixel = |y: f64| bottom - y / most * (bottom - TOP);
         for (lo, hi, name) in &self.bands {

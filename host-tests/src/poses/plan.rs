@@ -268,16 +268,7 @@ impl Walk<'_> {
         let found = machine
             .machine
             .inverse(first.p(), first.v(), &Joints(self.near()));
-        let found = found.map_err(|error| {
-            let (name, detail) = told(&error);
-            self.refuse(0, name, detail)
-        })?;
-        let set = ChainSet {
-            q: found.q,
-            at: first,
-            singular: false,
-        };
-        self.follow(machine, first, set, self.greedy(), told)
+        self.follow_from(machine, first, found.map(|found| found.q), told)
     }
 
     fn chain(&self, machine: &ChainGuide) -> Result<Blocks, JobError> {
@@ -304,12 +295,27 @@ impl Walk<'_> {
             &Joints(self.near()),
             &inverse::Tolerance::default(),
         );
-        let found = found.map_err(|refused| {
-            let (name, detail) = told(&refused.why);
+        let found = found.map(|found| found.q).map_err(|refused| refused.why);
+        self.follow_from(machine, first, found, told)
+    }
+
+    /// From the joints found for the first pose on, each solution near the one before.
+    fn follow_from<M>(
+        &self,
+        machine: &M,
+        first: ClPoint<f64>,
+        found: Result<Joints<6, f64>, M::Error>,
+        told: impl Fn(&M::Error) -> (&'static str, String),
+    ) -> Result<Blocks, JobError>
+    where
+        M: Guide<6, f64, Course = Way<f64>, Set = ChainSet<6, f64>>,
+    {
+        let q = found.map_err(|error| {
+            let (name, detail) = told(&error);
             self.refuse(0, name, detail)
         })?;
         let set = ChainSet {
-            q: found.q,
+            q,
             at: first,
             singular: false,
         };

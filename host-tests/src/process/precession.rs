@@ -43,7 +43,7 @@ impl PrecessionMade {
             &precession.machine,
             &precession.motion,
             stances.iter().map(row).collect(),
-            "path.points",
+            precession.points_key(),
             stances.iter().map(told).collect(),
         );
         Ok(Self {

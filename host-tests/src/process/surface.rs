@@ -11,8 +11,8 @@
 use crate::job::{Job, JobError, Model, Pace, PoseRow, PosesJob, SurfaceJob};
 use crate::surface::joints::{Refused, serve};
 use crate::surface::{
-    self, Gap, PathRow, Plan, Residual, Segment, Strategy, SurfaceError, ToolPoint,
-    residual_of_gaps,
+    self, Fewest, Gap, PathRow, Plan, Residual, Segment, Strategy, SurfaceError, ToolPoint,
+    fewest_iso, residual_of_gaps,
 };
 use hexstep::geometry::Vector;
 use hexstep::joints::Joints;
@@ -21,6 +21,8 @@ use hexstep::joints::Joints;
 #[derive(Clone, Debug)]
 pub struct Compared {
     pub strategy: Strategy,
+    /// Whether the number of straight rows was searched: the fewest that keep the scallop.
+    pub is_fewest: bool,
     pub plan: Plan,
     pub residual: Residual,
     pub gaps: Vec<Gap>,
@@ -40,7 +42,8 @@ pub struct Reached {
 /// What a surface job has become.
 #[derive(Clone, Debug)]
 pub struct SurfaceMade {
-    /// The job's own strategy first; a baseline that cannot be planned has the error.
+    /// The job's own strategy first, then the baselines: straight rows last, as many as the own plan has and the fewest
+    /// that keep the scallop. A baseline that cannot be planned has the error.
     pub strategies: Vec<Result<Compared, SurfaceError>>,
     /// The job's own plan and what it leaves.
     pub own: Compared,
@@ -54,28 +57,21 @@ pub struct SurfaceMade {
 
 impl SurfaceMade {
     pub(super) fn of(job: &Job, surface: &SurfaceJob) -> Result<Self, JobError> {
-        let own = compare(surface, surface.grinding.strategy);
-        let own = own.map_err(|error| surface.refuse(job, &error))?;
-        let others = [
-            Strategy::Adaptive,
-            Strategy::RowMin,
-            Strategy::Iso(own.plan.rows),
-        ];
-        let is_own = |other: &Strategy| {
-            std::mem::discriminant(other) == std::mem::discriminant(&own.strategy)
-        };
-        let others = others
-            .into_iter()
-            .filter(|other| surface.compare && !is_own(other));
-        let baselines: Vec<_> = std::thread::scope(|scope| {
-            let running: Vec<_> = others
-                .map(|strategy| scope.spawn(move || compare(surface, strategy)))
-                .collect();
-            let joined = running.into_iter().map(|thread| thread.join());
+        let refuse = |error: SurfaceError| surface.refuse(job, &error);
+        let plan = Plan::new(&surface.part, &surface.grinding).map_err(refuse)?;
+        let rows = plan.rows;
+        // Simulations are what takes the time; the rows on the arm are found meanwhile.
+        let (own, baselines, reached) = std::thread::scope(|scope| {
+            let spacings = scope.spawn(move || spacings(surface));
+            let straight = scope.spawn(move || straight(surface, rows));
+            let reached = reach(job, surface, &plan);
+            let own = simulate(surface, surface.grinding.strategy, plan);
             // A thread that fails here failed in planning, which has no other way to fail than its error.
-            joined.filter_map(Result::ok).collect()
+            let joined = [spacings, straight].map(|thread| thread.join().unwrap_or_default());
+            (own, joined.concat(), reached)
         });
-        let reached = reach(job, surface, &own.plan)?;
+        let own = own.map_err(refuse)?;
+        let reached = reached?;
         let ground = rows_of(job, surface, &own.plan)?;
         let (rows, told, grinds) = path(job, surface, &own.plan, ground)?;
         let poses = PosesJob::made(&surface.machine, &surface.motion, rows, "path.rows", told);
@@ -92,16 +88,68 @@ impl SurfaceMade {
     }
 }
 
+type Baselines = Vec<Result<Compared, SurfaceError>>;
+
+/// The baselines whose spacing follows the surface, without the job's own strategy.
+fn spacings(surface: &SurfaceJob) -> Baselines {
+    let others = [Strategy::Adaptive, Strategy::RowMin].into_iter();
+    others
+        .filter(|other| surface.compare && *other != surface.grinding.strategy)
+        .map(|strategy| compare(surface, strategy))
+        .collect()
+}
+
+/// The baselines of straight rows at equal spacing: so many, where the job's own rows are no such ones, and the fewest
+/// that keep the scallop.
+fn straight(surface: &SurfaceJob, rows: usize) -> Baselines {
+    if !surface.compare {
+        return Vec::new();
+    }
+    let equal = match compare(surface, Strategy::Iso(rows)) {
+        Ok(equal) => equal,
+        Err(error) => return vec![Err(error)],
+    };
+    let (part, grinding) = (&surface.part, &surface.grinding);
+    let fewest = fewest_iso(part, grinding, surface.stations, rows, &equal.residual);
+    let fewest = fewest.map(Compared::from);
+    match surface.grinding.strategy {
+        Strategy::Iso(_) => vec![fewest],
+        _ => vec![Ok(equal), fewest],
+    }
+}
+
+impl From<Fewest> for Compared {
+    fn from(fewest: Fewest) -> Self {
+        Self {
+            strategy: Strategy::Iso(fewest.rows),
+            is_fewest: true,
+            plan: fewest.plan,
+            residual: fewest.residual,
+            gaps: fewest.gaps,
+        }
+    }
+}
+
 fn compare(surface: &SurfaceJob, strategy: Strategy) -> Result<Compared, SurfaceError> {
     let grinding = surface::Job {
         strategy,
         ..surface.grinding
     };
     let plan = Plan::new(&surface.part, &grinding)?;
+    simulate(surface, strategy, plan)
+}
+
+fn simulate(
+    surface: &SurfaceJob,
+    strategy: Strategy,
+    plan: Plan,
+) -> Result<Compared, SurfaceError> {
     let rows: Vec<PathRow> = plan.segments.iter().map(PathRow::from).collect();
-    let (residual, gaps) = residual_of_gaps(&surface.part, &grinding, &rows, surface.stations)?;
+    let grinding = &surface.grinding;
+    let (residual, gaps) = residual_of_gaps(&surface.part, grinding, &rows, surface.stations)?;
     Ok(Compared {
         strategy,
+        is_fewest: false,
         plan,
         residual,
         gaps,

@@ -360,7 +360,7 @@ impl<'a> PosesFigures<'a> {
             &chart.svg(),
             &format!(
                 "Every millisecond the joints, as the pulses make them, are taken forward by a map that shares no code with \
-                 the solver, and compared with the straight lines between the poses. Chords of the joints may use {} % of the \
+                 the solver, and compared with the straight lines between the poses. Chords of the joints may use {}\u{a0}% of the \
                  tolerance, the rounding of their corners lies where they stray least.",
                 number(CHORDS * 100.0, 0)
             ),

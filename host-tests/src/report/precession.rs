@@ -194,10 +194,23 @@ impl<'a> PrecessionFigures<'a> {
         );
         space.path(stances.iter().map(|s| s.centre.to_array()), centre);
         space.path(stances.iter().map(|s| s.far.to_array()), far);
+        // Of the paper's figure 5: (a) and (b) are of a plane, (c) and (d) of a curved surface.
+        let mut turns = self.precession.contacts.windows(2);
+        let is_plane = turns.all(|pair| pair[0].n.angle_to(pair[1].n) < 1e-9);
+        let (above, aslant) = if is_plane { ("a", "b") } else { ("c", "d") };
+        if let (Some(first), Some(last)) = (stances.first(), stances.last()) {
+            space.name(first.centre.to_array(), first.far.to_array(), "A");
+            space.name(first.far.to_array(), first.centre.to_array(), "C");
+            let strip = (last.centre + last.far) * 0.5;
+            let before = strip - (last.centre - first.centre) * 0.35;
+            space.name(before.to_array(), strip.to_array(), "B");
+        }
         report.figure(
             &space.svg("Swept space, isometric"),
-            "Blue, C: the centre of the ball. Orange, A: the far point on its axis. Grey, B: the axis from one to the other, pose \
-             by pose. Dashed: the path on the surface. The paper's figure 5.",
+            &format!(
+                "Blue, C: the centre of the ball. Orange, A: the far point on its axis. Grey, B: the axis from one to the other, \
+                 pose by pose. Dashed: the path on the surface. The paper's figure 5 ({aslant})."
+            ),
         );
 
         let flat = |v: [f64; 3]| (v[0], v[1]);
@@ -226,8 +239,14 @@ impl<'a> PrecessionFigures<'a> {
             );
         report.figure(
             &drawing.svg(),
-            "The projection on the xy-plane. On a plane the far point draws a trochoid; it has loops where it goes round faster \
-             than the feed.",
+            &format!(
+                "The projection on the xy-plane, the paper's figure 5 ({above}); colours as above.{}",
+                if is_plane {
+                    " On a plane the far point draws a trochoid; it has loops where it goes round faster than the feed."
+                } else {
+                    ""
+                }
+            ),
         );
         let corner = |pick: fn(f64, f64) -> f64, start: f64| {
             let mut corner = [start; 3];

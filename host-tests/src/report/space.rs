@@ -8,6 +8,7 @@ type V = [f64; 3];
 pub struct Space {
     drawing: Vec<(Vec<(f64, f64)>, Stroke)>,
     dots: Vec<((f64, f64), String)>,
+    names: Vec<((f64, f64), String)>,
     /// Length of a drawn tool axis, and of the arrows of the frame [mm].
     length: f64,
     /// Where the frame is drawn.
@@ -61,6 +62,7 @@ impl Space {
         Self {
             drawing: Vec::new(),
             dots: Vec::new(),
+            names: Vec::new(),
             length: (0.16 * extent).max(1.0),
             corner: lo.map(|x| if x.is_finite() { x } else { 0.0 }),
         }
@@ -79,6 +81,12 @@ impl Space {
 
     pub fn dot(&mut self, at: V, colour: &str) {
         self.dots.push((project(at), colour.into()));
+    }
+
+    /// A name a little outside of `at`, on the line from `from` through it.
+    pub fn name(&mut self, from: V, at: V, name: &str) {
+        let beyond = std::array::from_fn(|i| at[i] + 0.09 * (at[i] - from[i]));
+        self.names.push((project(beyond), name.into()));
     }
 
     /// The picture as one `<svg>` element.
@@ -111,6 +119,9 @@ impl Space {
         }
         for (points, stroke) in &self.drawing {
             drawing = drawing.line(points.iter().copied(), stroke.pen());
+        }
+        for (at, name) in &self.names {
+            drawing = drawing.text(*at, name);
         }
         // Two pixels in the drawing's own unit.
         let radius = 2.4 * wide.max(1e-9) / width;

@@ -54,7 +54,7 @@ impl<'a> SurfaceFigures<'a> {
         let plan = &self.made.own.plan;
         format!(
             "{}: {} rows ({} full) in {} segments, {} points, {} m",
-            name(self.made.own.strategy),
+            name(&self.made.own),
             plan.rows,
             plan.full_rows,
             plan.segments.len(),
@@ -73,6 +73,32 @@ impl<'a> SurfaceFigures<'a> {
             number(r.ratio(), 3),
             number(self.surface.grinding.process.scallop * 1e3, 1)
         )
+    }
+
+    /// What straight rows leave, and how many of them keep the scallop.
+    fn told_iso(&self) -> Option<String> {
+        let is_iso = |c: &&Compared| matches!(c.strategy, Strategy::Iso(_)) && !c.is_fewest;
+        let equal = self.strategies().find(is_iso)?;
+        let fewest = self.strategies().find(|c| c.is_fewest)?;
+        let own = self.made.own.plan.path_length();
+        let more = (fewest.plan.path_length() / own - 1.0) * 100.0;
+        let left = |c: &Compared| {
+            let (min, max) = (c.residual.min * 1e3, c.residual.max * 1e3);
+            format!("{} to {} µm", number(min, 2), number(max, 2))
+        };
+        let path = format!(
+            "{} m, {} % {} path than those planned",
+            number(fewest.plan.path_length() / 1e3, 2),
+            number(more.abs(), 1),
+            if more < 0.0 { "less" } else { "more" }
+        );
+        let told = format!("{} straight rows leave {}", equal.plan.rows, left(equal));
+        let takes = format!("it takes {} to keep the scallop", fewest.plan.rows);
+        Some(if fewest.plan.rows == equal.plan.rows {
+            format!("{told}; {takes}: {path}")
+        } else {
+            format!("{told}; {takes}: {}, {path}", left(fewest))
+        })
     }
 
     fn told_reach(&self) -> String {
@@ -117,9 +143,12 @@ impl<'a> SurfaceFigures<'a> {
                     ": TOO MUCH"
                 }
             ),
+        ];
+        lines.extend(self.told_iso().map(|told| format!("iso      {told}")));
+        lines.extend([
             format!("arm      {}", self.told_reach()),
             format!("pulses   {}", self.told_ground()),
-        ];
+        ]);
         lines.extend(self.poses.summary());
         lines
     }
@@ -130,7 +159,7 @@ impl<'a> SurfaceFigures<'a> {
             &format!("Surface {}", self.job.name),
             "Curvature-adaptive rows on a free-form surface, what they leave between them, and some of them as pulses of a six-axis arm.",
         );
-        report.summary(&[
+        let mut summary = vec![
             ("Rows", self.told_rows().into()),
             (
                 "Left between them",
@@ -140,9 +169,13 @@ impl<'a> SurfaceFigures<'a> {
                     Cell::Judged(self.told_residual(), false)
                 },
             ),
+        ];
+        summary.extend(self.told_iso().map(|told| ("Straight rows", told.into())));
+        summary.extend([
             ("Arm", self.told_reach().into()),
             ("Pulses", self.told_ground().into()),
         ]);
+        report.summary(&summary);
         self.surface_section(&mut report);
         self.residual_section(&mut report);
         self.strategy_section(&mut report);
@@ -205,8 +238,9 @@ impl<'a> SurfaceFigures<'a> {
         report.figure(
             &space.svg("The surface, isometric"),
             &format!(
-                "Blue: one in {every} of the {} rows, cut off where they leave the part. Orange: rows {first} to {last}, which became pulses. \
+                "Blue: {} of the {} rows, cut off where they leave the part. Orange: rows {first} to {last}, which became pulses. \
                  Rows stand closer where the part bulges, since the stripe of the wheel is narrower there.",
+                if every == 1 { "all".into() } else { format!("one in {every}") },
                 plan.rows
             ),
         );
@@ -218,7 +252,7 @@ impl<'a> SurfaceFigures<'a> {
         let figures: Vec<(String, &str)> = self
             .strategies()
             .map(|compared| {
-                let title = format!("Residual, {}", name(compared.strategy));
+                let title = format!("Residual, {}", name(compared));
                 (self.map(&title, &compared.gaps, hi), "")
             })
             .collect();
@@ -274,7 +308,7 @@ impl<'a> SurfaceFigures<'a> {
                 let um = |x: f64| Cell::Number(number(x * 1e3, 2));
                 let scallop = self.surface.grinding.process.scallop;
                 vec![
-                    name(compared.strategy).into(),
+                    name(compared).into(),
                     Cell::Number(format!("{} ({})", plan.rows, plan.full_rows)),
                     Cell::Number(number(plan.points() as f64, 0)),
                     Cell::Number(number(plan.path_length() / 1e3, 2)),
@@ -311,7 +345,7 @@ impl<'a> SurfaceFigures<'a> {
         for (index, compared) in self.strategies().enumerate() {
             let title = format!(
                 "{}: max/min {}",
-                name(compared.strategy),
+                name(compared),
                 number(compared.residual.ratio(), 3)
             );
             let heights = compared.gaps.iter().map(|gap| gap.height * 1e3);
@@ -334,10 +368,11 @@ impl<'a> SurfaceFigures<'a> {
     }
 }
 
-fn name(strategy: Strategy) -> String {
-    match strategy {
+fn name(compared: &Compared) -> String {
+    match compared.strategy {
         Strategy::Adaptive => "adaptive".into(),
         Strategy::RowMin => "row minimum".into(),
+        Strategy::Iso(count) if compared.is_fewest => format!("iso, {count} rows (fewest)"),
         Strategy::Iso(count) => format!("iso, {count} rows"),
     }
 }

@@ -44,6 +44,8 @@ pub struct Job {
     pub nodes: usize,
     /// Where the first row stands, as a share of the domain of v, 0 ..= 1.
     pub seed: f64,
+    /// Half the width of the wheel, which must hold the patch at every point of a row; `None` is not checked.
+    pub half_width: Option<f64>,
 }
 
 impl Job {
@@ -60,6 +62,7 @@ impl Job {
             step_mode: StepMode::Common,
             nodes: 201,
             seed: 0.5,
+            half_width: None,
         }
     }
 
@@ -83,6 +86,9 @@ impl Job {
         .check()?;
         if !(self.e_gap > 0.0 && self.e_gap.is_finite()) {
             return Err(GrindingError::BadParameter(Field::EGap).into());
+        }
+        if self.half_width.is_some_and(|w| !(w > 0.0 && w.is_finite())) {
+            return Err(GrindingError::BadParameter(Field::HalfWidth).into());
         }
         if let Strategy::Iso(rows) = self.strategy
             && !(2..=MAX_ROWS).contains(&rows)

@@ -13,6 +13,7 @@
 //! One thread: rows of the hard job on Dune well below a second, residual at 60 stations below two.
 
 mod error;
+mod fewest;
 mod front;
 mod job;
 pub mod joints;
@@ -24,6 +25,7 @@ mod spline;
 mod stations;
 
 pub use error::{Place, SurfaceError};
+pub use fewest::{Fewest, fewest_iso};
 pub use front::{Row, Rows};
 pub use job::{Job, MAX_ROWS, StepMode, Strategy};
 pub use part::{Part, dune};

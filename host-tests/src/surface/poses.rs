@@ -49,6 +49,10 @@ pub fn poses(
             .along(towards, towards * point.slope)
             .ok_or(at(NurbsError::DegenerateNormal.into()))?;
         let contact = grinding.hertz.on(&section).map_err(at)?;
+        let contact = match job.half_width {
+            Some(half_width) => contact.within(half_width).map_err(at)?,
+            None => contact,
+        };
         let pose = tool_pose(&shape, &section).map_err(at)?;
         list.push(ToolPoint {
             tool: pose,

@@ -17,7 +17,7 @@ use hexstep::geometry::nurbs::{MAX_COUNT, NurbsError, Shape, Slice};
 
 /// Points across a gap, and how much finer the surroundings of the highest are looked at.
 const SAMPLES: usize = 129;
-const FINER: usize = 32;
+const FINER: i32 = 32;
 
 /// A ground row.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,6 +108,46 @@ pub fn residual_of_gaps(
         simulation.station(u, &mut gaps, &mut edges)?;
     }
     Ok((summary(&gaps, &edges)?, gaps))
+}
+
+/// Whether rows keep a limit.
+pub(super) enum Kept {
+    Within(Box<Residual>, Vec<Gap>),
+    /// A gap above it; further stations were not looked at.
+    Above(Gap),
+}
+
+/// Like [`residual_of_gaps`], but done with the first station that has a gap above `limit`; `suspect` (u) is looked at
+/// before all others.
+pub(super) fn residual_within(
+    part: &Part,
+    job: &Job,
+    rows: &[PathRow],
+    stations: usize,
+    limit: f64,
+    suspect: f64,
+) -> Result<Kept, SurfaceError> {
+    let simulation = Simulation::new(part, job, rows)?;
+    let highest = |gaps: &[Gap]| {
+        let above = gaps.iter().filter(|gap| gap.height > limit);
+        above.max_by(|a, b| a.height.total_cmp(&b.height)).copied()
+    };
+    let mut first = Vec::new();
+    simulation.station(suspect, &mut first, &mut Edges::default())?;
+    if let Some(gap) = highest(&first) {
+        return Ok(Kept::Above(gap));
+    }
+    let mut gaps = Vec::new();
+    let mut edges = Edges::default();
+    for u in station_list(part, stations) {
+        let before = gaps.len();
+        simulation.station(u, &mut gaps, &mut edges)?;
+        if let Some(gap) = highest(&gaps[before..]) {
+            return Ok(Kept::Above(gap));
+        }
+    }
+    let residual = Box::new(summary(&gaps, &edges)?);
+    Ok(Kept::Within(residual, gaps))
 }
 
 fn station_list(part: &Part, stations: usize) -> impl Iterator<Item = f64> {
@@ -351,14 +391,19 @@ impl<'a> Simulation<'a> {
                 (highest, peak) = (h, k);
             }
         }
+        // Around the peak the profile rises to the cusp and falls behind it: by halves to its top.
         let middle = left.v + step * peak as f64;
-        let finer = step / FINER as f64;
-        for k in 1..FINER {
-            for offset in [-finer * k as f64, finer * k as f64] {
-                let v = middle + offset;
-                if v > left.v && v < right.v {
-                    highest = highest.max(height(v)?);
-                }
+        let at = |offset: i32| height(middle + step * f64::from(offset) / f64::from(FINER));
+        let mut from = if peak == 0 { 0 } else { -FINER };
+        let mut to = if peak + 1 == SAMPLES { 0 } else { FINER };
+        while from < to {
+            let before = (from + to).div_euclid(2);
+            let (a, b) = (at(before)?, at(before + 1)?);
+            highest = highest.max(a).max(b);
+            if a < b {
+                from = before + 1;
+            } else {
+                to = before;
             }
         }
         Ok(Gap {

@@ -1,5 +1,6 @@
 //! What the parts share: the specification's paths, printed figures, a seeded generator.
 
+pub use crate::shared::Random;
 use hexstep::cycles::precession::{Contact, Cycle, Parameters, Reference, Stance};
 use hexstep::geometry::Vector;
 use hexstep::math::Real;
@@ -89,39 +90,10 @@ pub fn counts<R: Real>(parameters: &Parameters<R>, path: &[Contact<R>]) -> Vec<u
 
 pub const REFERENCES: [Reference; 2] = [Reference::Transport, Reference::FeedLocked];
 
-/// splitmix64: the same numbers on every machine.
-pub struct Random(pub u64);
-
 impl Random {
-    pub fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn between(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * (self.word() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn vector(&mut self, size: f64) -> V {
-        let mut x = || self.between(-size, size);
-        v(x(), x(), x())
-    }
-
-    pub fn direction(&mut self) -> V {
-        loop {
-            let u = self.vector(1.0);
-            if (0.1..1.0).contains(&u.norm()) {
-                return u * (1.0 / u.norm());
-            }
-        }
-    }
-
     /// A path with corners, reversals, repeated points and turns on the spot, its normals any way but opposite.
     pub fn path(&mut self, points: usize) -> Vec<(V, V)> {
-        let mut path = vec![(self.vector(300.0), self.direction())];
+        let mut path = vec![(self.point(300.0), self.direction())];
         while path.len() < points {
             let (p, n) = path[path.len() - 1];
             let before = path[path.len().saturating_sub(2)].0;
@@ -131,8 +103,8 @@ impl Random {
                 0 => (p, turned),
                 1 => (p, n),
                 2 => (before, turned),
-                3 => (p + self.vector(10.0), n),
-                _ => (p + self.vector(10.0), turned),
+                3 => (p + self.point(10.0), n),
+                _ => (p + self.point(10.0), turned),
             };
             path.push(next);
         }

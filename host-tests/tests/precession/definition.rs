@@ -93,9 +93,9 @@ fn transport_carries_the_reference_without_turning_it_about_the_normal() {
     for seed in 100..104 {
         let mut random = Random(seed);
         let parameters = random_process(&mut random, Reference::Transport);
-        let (p, n) = (random.vector(100.0), random.direction());
+        let (p, n) = (random.point(100.0), random.direction());
         let turned = n + random.direction() * 0.9;
-        let end = (p + random.vector(10.0), turned * (1.0 / turned.norm()));
+        let end = (p + random.point(10.0), turned * (1.0 / turned.norm()));
 
         walk(
             &parameters,
@@ -272,9 +272,9 @@ fn chords_keep_to_eps_while_the_normal_turns() {
         parameters.dpsi = 3.0;
         parameters.dt_max = 1e6;
         parameters.eps = random.between(0.01, 0.3);
-        let start = (random.vector(100.0), random.direction());
+        let start = (random.point(100.0), random.direction());
         let turned = start.1 + random.direction() * 0.9;
-        let path = path([start, (start.0 + random.vector(9.0), turned)]);
+        let path = path([start, (start.0 + random.point(9.0), turned)]);
         let count = counts(&parameters, &path)[0];
         let coarse = stances(&parameters, &path);
         let time = coarse.last().unwrap().time;

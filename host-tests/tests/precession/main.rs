@@ -6,5 +6,7 @@ mod common;
 mod definition;
 mod printed;
 mod refused;
+#[path = "../common/mod.rs"]
+mod shared;
 mod single;
 mod stream;

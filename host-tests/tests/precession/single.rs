@@ -113,10 +113,10 @@ fn single_precision_keeps_to_the_table_with_coordinates_of_a_metre() {
             let u = widened(rounded::<f32>(random.direction()));
             v(u.x, u.y, u.z.abs() + 1.0)
         };
-        let mut p = random.vector(950.0);
+        let mut p = random.point(950.0);
         let path: Vec<(V, V)> = (0..8)
             .map(|_| {
-                p += random.vector(7.0);
+                p += random.point(7.0);
                 (
                     widened(rounded::<f32>(p)),
                     widened(rounded::<f32>(n(&mut random))),

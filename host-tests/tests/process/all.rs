@@ -1,25 +1,8 @@
 //! Several jobs one after the other, and the page that shows them.
 
+use crate::common::Folder;
 use hexstep_host::cli::run::{BAD_INPUT, DELIVERED, Delivered, Request, SOUND, run_each};
 use hexstep_host::job::Job;
-use std::path::PathBuf;
-
-/// A folder of its own for one test, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("hexstep-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("made");
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn delivered(name: &str) -> Delivered {
     let job = DELIVERED.iter().find(|job| job.name == name);
@@ -75,26 +58,49 @@ fn a_job_that_is_refused_has_a_card_and_a_status_of_its_own_and_the_others_run()
 }
 
 #[test]
-fn every_delivered_job_is_right_and_says_what_it_stands_for() {
+fn every_delivered_job_is_right_and_its_first_sentence_names_the_figure_or_table_it_stands_for() {
     for job in DELIVERED {
         let parsed = Job::parse(job.file, job.name, job.text.as_bytes());
+        let about = job.about();
 
         assert!(parsed.is_ok(), "{}: {:?}", job.name, parsed.err());
-        assert!(job.about().len() > 40, "{}", job.about());
+        assert!((40..=110).contains(&about.len()), "{}: {about}", job.name);
+        assert!(about.contains("'s paper"), "{}: {about}", job.name);
     }
+    // By the papers: drill grinding, gasbag polishing, surface grinding, five-axis rotary motion, mirror milling.
     for (name, stands_for) in [
-        ("dune-hard", "residual figure"),
-        ("dune-soft", "residual figure"),
-        ("precession-plane", "figure 5"),
-        ("precession-curved", "figure 5"),
-        ("mirror-panel", "tables"),
+        ("drill-point", "figure 3 of Li and Chen's"),
+        ("counts", "figure 1 of Li and Chen's"),
+        ("stop-to-stop", "figure 1 of Li and Chen's"),
+        ("circle", "figure 1 of Li and Chen's"),
+        ("trochoid", "figure 5 (a) of Ji's"),
+        ("precession-plane", "figures 5 (a) and (b) of Ji's"),
+        ("precession-curved", "figures 5 (c) and (d) of Ji's"),
+        ("arm-path", "figure 6 and table 2 of Zhan's"),
+        ("dune-hard", "table 1, figures 8 and 9 of Zhan's"),
+        ("dune-soft", "figure 9 of Zhan's"),
+        ("shell-soft", "figure 9 of Zhan's"),
+        (
+            "frustum",
+            "figure 4 and the part of figures 5 and 6 of Duan's",
+        ),
+        ("pole-crossing", "figure 1 of Duan's"),
+        ("two-sided", "figure 4 of Liu's"),
+        ("mirror-panel", "tables 2 and 3 of Liu's"),
+        ("mirror-skin", "tables 2 and 3 of Liu's"),
     ] {
-        let head: String = delivered(name)
-            .text
-            .lines()
-            .take(4)
-            .collect::<Vec<_>>()
-            .join(" ");
-        assert!(head.replace("\n# ", " ").contains(stands_for), "{head}");
+        let about = delivered(name).about();
+        assert!(about.contains(stands_for), "{name}: {about}");
     }
+    assert_eq!(DELIVERED.len(), 16);
+}
+
+#[test]
+fn a_full_stop_within_an_abbreviation_or_a_number_does_not_end_the_line_of_a_job() {
+    let job = Delivered {
+        name: "some",
+        file: "some.toml",
+        text: "# A wall of 1.5 mm, Fig. 5\n# of a paper. Lengths in mm.\nkind = \"mirror\"\n",
+    };
+    assert_eq!(job.about(), "A wall of 1.5 mm, Fig. 5 of a paper");
 }

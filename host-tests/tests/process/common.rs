@@ -2,6 +2,7 @@
 
 use hexstep_host::job::{Job, JobError};
 use hexstep_host::run::{Outcome, run};
+use std::path::PathBuf;
 
 /// The text with the line that begins with `key` replaced.
 #[track_caller]
@@ -39,4 +40,21 @@ pub fn ran(text: &str) -> (Job, Outcome) {
 pub fn still(text: &str) -> &str {
     let (still, _) = text.split_once("# Joints in this order").expect("machines");
     still
+}
+
+/// A folder of its own for one test, removed at the end.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("hexstep-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("made");
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }

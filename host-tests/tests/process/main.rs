@@ -2,6 +2,7 @@
 
 mod all;
 mod common;
+mod csv;
 mod mirror;
 mod pair;
 mod precession;

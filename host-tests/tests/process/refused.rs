@@ -1,6 +1,8 @@
 //! Every row of the validation tables that a job file can break, by its name, at its key and line.
 
 use crate::common::{adding, parse, still, with};
+use hexstep_host::process::Made;
+use hexstep_host::run::run;
 
 const SOFT: &str = include_str!("../../jobs/dune-soft.toml");
 const SHELL: &str = include_str!("../../jobs/shell-soft.toml");
@@ -164,8 +166,24 @@ fn every_row_of_the_table_of_surface_grinding() {
         ("nodes = 4", "BadParameter"),
         ("seed = 1.5", "BadParameter"),
         ("seed = nan", "BadParameter"),
+        ("half_width = 0", "BadParameter"),
+        ("half_width = inf", "BadParameter"),
+        ("e_lat = 0", "BadParameter"),
+        ("strategy = \"iso\"", "BadParameter"),
     ] {
-        let key = format!("grinding.{}", line.split(' ').next().unwrap());
+        let key = match line.split(' ').next().unwrap() {
+            // Of iso rows the count is missing, which stands nowhere.
+            "strategy" if line.contains("iso") => {
+                let error = parse(&changed(SOFT, "grinding", line)).map(|job| job.name);
+                let error = error.expect_err(line);
+                assert_eq!(
+                    (error.name, error.key.as_deref()),
+                    (name, Some("grinding.count"))
+                );
+                continue;
+            }
+            key => format!("grinding.{key}"),
+        };
         // "feed" and "eps" stand in this table alone.
         refused(SOFT, "grinding", line, name, &key);
     }
@@ -209,6 +227,127 @@ fn every_row_of_the_table_of_surface_grinding() {
     assert_eq!(flat.expect_err("no such key").name, "UnknownField");
     let head = with(SOFT, "model", "model = \"head_ca\"");
     assert!(parse(&head).is_err(), "a wheel needs six joints");
+}
+
+/// A bilinear net over a rectangle, with the height of its last corner.
+fn flat(x: f64, y: f64, z: f64) -> String {
+    let start = SHELL.find("[surface]\n").expect("the table");
+    let end = SHELL.find("[grinding]\n").expect("the next");
+    let surface = format!(
+        "[surface]\ndegree = [1, 1]\nknots_u = [0, 0, 1, 1]\nknots_v = [0, 0, 1, 1]\n\
+         points = [[[0, 0, 0], [0, {y}, 0]], [[{x}, 0, 0], [{x}, {y}, {z}]]]\n"
+    );
+    format!("{}{surface}{}", &SHELL[..start], &SHELL[end..])
+}
+
+/// What a job can be refused for only when its rows are planned; together with the two tests before it, every row of
+/// the table that a job file can break. (It evaluates no place outside the surface, `OutOfDomain`, and takes no pose,
+/// `BadPose`: those two the calculators refuse.)
+#[test]
+fn every_row_of_the_table_of_surface_grinding_that_shows_in_planning() {
+    let dune = with(
+        &with(SOFT, "stations", "stations = 2"),
+        "compare",
+        "compare = false",
+    );
+    let plane = with(&flat(120.0, 90.0, 0.0), "compare", "compare = false");
+    let wheel = |text: &str, line: &str| adding(text, "grinding", line);
+    let collapsed = with(
+        &plane,
+        "points",
+        "points = [[[0, 0, 0], [0, 0, 0]], [[120, 0, 0], [120, 0, 0]]]",
+    );
+    let narrow = {
+        let range = ["[-1, 1]"; 6].join(", ");
+        with(&dune, "travel", &format!("travel = [{range}]"))
+    };
+    for (what, text, name, key) in [
+        (
+            "a net without area",
+            collapsed,
+            "DegenerateNormal",
+            "grinding",
+        ),
+        (
+            "flat",
+            wheel(&dune, "r_crown = \"flat\""),
+            "NoHertzContact",
+            "grinding.r_crown",
+        ),
+        (
+            "almost flat",
+            wheel(&plane, "r_crown = 1e9"),
+            "LineContact",
+            "grinding",
+        ),
+        (
+            "narrow",
+            wheel(&plane, "half_width = 0.3"),
+            "FootprintTooLarge",
+            "grinding.half_width",
+        ),
+        (
+            "deep cusps",
+            wheel(&dune, "scallop = 0.2"),
+            "TooShallow",
+            "grinding.scallop",
+        ),
+        (
+            "low cusps of sums",
+            wheel(&dune, "scallop = 0.001\nmodel = \"additive\""),
+            "AdditiveBranch",
+            "grinding.scallop",
+        ),
+        (
+            "very low cusps",
+            wheel(&plane, "scallop = 1e-9\nnodes = 5"),
+            "TooManyRows",
+            "grinding",
+        ),
+        (
+            "from the edge",
+            wheel(&dune, "seed = 0"),
+            "FrontFold",
+            "grinding",
+        ),
+        (
+            "one row",
+            with(&flat(120.0, 0.5, 0.0), "rows", "rows = [0, 0]"),
+            "NoGap",
+            "grinding",
+        ),
+        (
+            "far",
+            with(&dune, "work_origin", "work_origin = [900, 0, 300]"),
+            "Unreachable",
+            "machine.work_origin",
+        ),
+        ("no room", narrow, "NoBranch", "machine.work_origin"),
+    ] {
+        let error = parse(&text)
+            .and_then(|job| run(&job, &mut |_, _| {}).map(|_| job.name))
+            .expect_err(what);
+
+        assert_eq!(
+            (error.name, error.key.as_deref()),
+            (name, Some(key)),
+            "{what}: {error}"
+        );
+        assert!(error.detail.len() > 15, "{error}");
+    }
+}
+
+#[test]
+fn coarse_normals_and_the_other_flags_of_precession_are_accepted_and_told() {
+    let text = with(PLANE, "normals", "normals = [[0, 0, 1], [0.6, 0, 0.8]]");
+    let text = with(&text, "points", "points = [[0, 0, 0], [5, 0, 0]]");
+
+    let job = parse(&text).expect("accepted");
+    let Ok(Some(Made::Precession(made))) = Made::of(&job) else {
+        panic!("a precession")
+    };
+
+    assert_eq!(made.flags.names().collect::<Vec<_>>(), ["CoarseNormals"]);
 }
 
 #[test]

@@ -39,6 +39,12 @@ fn of(made: &SurfaceMade, is: fn(&Strategy) -> bool) -> &Compared {
         .expect("it was planned")
 }
 
+/// The fewest straight rows that keep the scallop.
+fn fewest(made: &SurfaceMade) -> &Compared {
+    let mut strategies = made.strategies.iter().filter_map(|s| s.as_ref().ok());
+    strategies.find(|c| c.is_fewest).expect("it was searched")
+}
+
 /// The bounds of the issue: adaptive rows max/min at most 1.03, all at most 0.040 mm, edges as well.
 #[track_caller]
 fn keeps_bounds(compared: &Compared) {
@@ -76,6 +82,7 @@ fn the_soft_job_leaves_what_the_table_says_and_its_rows_run_on_the_arm() {
     let adaptive = of(figures.made, |s| matches!(s, Strategy::Adaptive));
     let rowmin = of(figures.made, |s| matches!(s, Strategy::RowMin));
     let iso = of(figures.made, |s| matches!(s, Strategy::Iso(_)));
+    let fewest = fewest(figures.made);
     keeps_bounds(adaptive);
     // Section 11, job B; rows +-1, path +-0.5 %.
     assert!(adaptive.plan.rows.abs_diff(103) <= 1);
@@ -85,6 +92,12 @@ fn the_soft_job_leaves_what_the_table_says_and_its_rows_run_on_the_arm() {
     assert!((rowmin.residual.ratio() / 2.391 - 1.0).abs() < 0.05);
     assert!((iso.residual.ratio() / 4.591 - 1.0).abs() < 0.05);
     assert!((iso.residual.max * 1e3 / 51.46 - 1.0).abs() < 0.02);
+    // The table tries 113 rows, then 118; path +-0.5 % for so many rows.
+    let rows = fewest.plan.rows;
+    assert!((114..=118).contains(&rows) && fewest.residual.max <= 0.040);
+    assert!((fewest.residual.ratio() / 4.625 - 1.0).abs() < 0.05);
+    let metres = 23.88 / 118.0 * rows as f64;
+    assert!((fewest.plan.path_length() / 1e3 / metres - 1.0).abs() < 0.005);
     keeps_rows(&figures);
     // Section 11: branch 0 serves every row with 37 deg to any limit.
     assert_eq!(
@@ -97,10 +110,14 @@ fn the_soft_job_leaves_what_the_table_says_and_its_rows_run_on_the_arm() {
         "paper, adaptive",
         "paper, iso",
         "Residual, iso",
+        " rows (fewest)",
         "isometric",
     ] {
         assert!(html.contains(told), "{told}");
     }
+    let takes = format!("it takes {rows} to keep the scallop");
+    let summary = figures.summary();
+    assert!(summary.iter().any(|l| l.contains(&takes)), "{summary:?}");
 }
 
 #[test]

@@ -348,14 +348,11 @@ impl ArmProcesses {
         out: &mut dyn Write,
     ) -> Result<Order, Error> {
         let machine = if self.is_chosen { "ARM6R" } else { "GRIND3P3R" };
-        match (name, value) {
-            ("KIN", None) => {
-                let _ = write!(out, "[KIN:{machine}");
-                self.numbers.write(out);
-                let _ = out.write_str("]\r\n");
-                return Ok(Order::Done);
-            }
-            _ => {}
+        if (name, value) == ("KIN", None) {
+            let _ = write!(out, "[KIN:{machine}");
+            self.numbers.write(out);
+            let _ = out.write_str("]\r\n");
+            return Ok(Order::Done);
         }
         if !is_idle {
             return Err(Error::NotIdle);

@@ -15,7 +15,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-const MS: u64 = TICK_HZ as u64 / 1000;
+const MS: u64 = TICK_HZ / 1000;
 
 /// For a run of some seconds of machine time on a busy computer.
 const JOB: Duration = Duration::from_secs(900);
@@ -529,13 +529,11 @@ fn every_row_of_the_precession_table_is_refused_by_name_and_nothing_moves() {
         // A single point without a dwell.
         refusals(machine, &[], &[("$POINT=END", "BadDwell point 1", 52)]);
         machine.ask("$PRECESS=STOP");
-        assert_eq!(machine.ask("$PRECESS"), {
-            let fresh = machine::with(|fresh| {
-                fresh.ask("");
-                fresh.ask("$PRECESS")
-            });
-            fresh
+        let untouched = machine::with(|fresh| {
+            fresh.ask("");
+            fresh.ask("$PRECESS")
         });
+        assert_eq!(machine.ask("$PRECESS"), untouched);
     });
 }
 

@@ -5,11 +5,10 @@
 //! those of memory, and those of silence, tick for tick, whenever the bytes come.
 
 use super::rig::*;
-use hexstep::controller::Controller;
 use hexstep::protocol::reading::{self, BEGIN, DIGIT};
 use hexstep::protocol::report::State;
 use hexstep_host::emulator::Pulses;
-use hexstep_host::machine::{Machine, MemoryBoard};
+use hexstep_host::machine::Machine;
 use std::cell::Cell;
 use std::time::Duration;
 
@@ -196,7 +195,7 @@ impl Held {
 // ---- in memory ----
 
 fn state(machine: &Machine<'_, 8>) -> State {
-    Controller::<MemoryBoard<'_>, 8>::state(&machine.controller)
+    machine.controller.state()
 }
 
 /// Runs until the machine rests in a hold and a while longer, the sensor speaking every 5 ms once the path moves.

@@ -147,7 +147,8 @@ fn a_refused_drill_is_named_with_its_field_and_changes_nothing() {
             ("L-1", "OutOfRange l1"),
             ("X1", "UnknownField X"),
             ("D1,D2", "RepeatedField D"),
-            ("Dnan", "BadNumber D"),
+            ("Dnan", "NotFinite diameter"),
+            ("D1e2", "BadNumber D"),
             ("D", "BadNumber D"),
         ] {
             let answer = m.ask(&format!("$DRILL={words}"));

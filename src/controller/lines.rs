@@ -60,7 +60,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             Command::Nothing => {}
             Command::Help => {
                 self.answers.line(format_args!(
-                    "[HLP:$$ $n=v $I $X $STAT $SEG= $MOVE= $CUE= $TRIM $TRIM= $DRILL $DRILL= $DRILL=RUN $KIN $PRECESS $SURF $MIRROR $POINT= ? ! ~ ctrl-x]"
+                    "[HLP:$$ $n=v $I $X $STAT $SEG= $MOVE= $CUE= $TRIM $TRIM= $DRILL $DRILL= $DRILL=RUN|SIM $KIN $PRECESS $SURF $MIRROR $POINT= ? ! ~ ctrl-x]"
                 ));
             }
             Command::Settings => {
@@ -99,12 +99,12 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
                     Error::ValueRange
                 })?;
             }
-            Command::DrillRun => {
+            Command::DrillRun { sim } => {
                 let (cycle, machine) = self.drill.build().map_err(|refusal| {
                     self.answers.line(format_args!("[MSG:{refusal}]"));
                     Error::ValueRange
                 })?;
-                self.start_drill(cycle, machine)?;
+                self.walk_drill(cycle, machine, sim)?;
                 return Ok(Done::Later);
             }
             Command::Counts {

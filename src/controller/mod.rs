@@ -45,6 +45,10 @@ enum Job<const N: usize> {
     Check {
         path: DrillPath,
         walk: DrillPath,
+        /// Least time so far [s].
+        time: f32,
+        /// It is not to be run.
+        sim: bool,
     },
     Path(DrillPath),
     /// Targets come from outside, one by one.

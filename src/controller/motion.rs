@@ -8,6 +8,7 @@ use crate::machines::drill_grinder::DrillGrinder;
 use crate::path::{DrillPath, Target};
 use crate::planner::{PushError, SAMPLES_PER_SECOND, Sample};
 use crate::program::processes::Processes;
+use crate::program::words::Decimal;
 use crate::protocol::cue::{Action, Cue, CueError};
 use crate::settings::AXES;
 use fixed::types::I32F32;
@@ -55,6 +56,16 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         cycle: Cycle<f32>,
         machine: DrillGrinder<f32>,
     ) -> Result<(), Error> {
+        self.walk_drill(cycle, machine, false)
+    }
+
+    /// The same, or with `sim` no more than the walk: its least time is told.
+    pub(super) fn walk_drill(
+        &mut self,
+        cycle: Cycle<f32>,
+        machine: DrillGrinder<f32>,
+        sim: bool,
+    ) -> Result<(), Error> {
         self.may_move()?;
         // The drill grinder is the first six motors: three that slide and three that turn.
         let scale = self.scale().first();
@@ -71,6 +82,8 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         self.job = Job::Check {
             walk: path.clone(),
             path,
+            time: 0.0,
+            sim,
         };
         Ok(())
     }
@@ -362,17 +375,29 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
                 self.answer_push(pushed);
             }
             Job::Process { .. } => return self.feed_process(),
-            Job::Check { walk, .. } => match walk.next() {
-                Some(Ok(_)) => {}
+            Job::Check { walk, time, .. } => match walk.next() {
+                Some(Ok(target)) => *time += target.duration,
                 Some(Err(error)) => {
                     self.job = Job::None;
                     let error = self.refuse_path(error);
                     self.answers.line(format_args!("error:{}", error.number()));
                 }
                 None => {
-                    if let Job::Check { path, .. } = core::mem::replace(&mut self.job, Job::None) {
-                        self.job = Job::Path(path);
-                        self.switch_on();
+                    let job = core::mem::replace(&mut self.job, Job::None);
+                    if let Job::Check {
+                        path, time, sim, ..
+                    } = job
+                    {
+                        if sim {
+                            self.answers.line(format_args!(
+                                "[MSG:Simulated: {} strokes, {} s at least, rapids not counted]",
+                                path.progress().1,
+                                Decimal(time)
+                            ));
+                        } else {
+                            self.job = Job::Path(path);
+                            self.switch_on();
+                        }
                         self.answers.line(format_args!("ok"));
                     }
                 }

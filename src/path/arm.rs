@@ -7,13 +7,13 @@
 //!
 //! The tool frame's z axis points out of the flange into the work, against the tool axis.
 
-use super::points::{Mark, Pace, Process, Tooled};
-use crate::cycles::precession::{Contact, Precession, PrecessionError, Stance, Stretch};
-use crate::cycles::surface_grinding::{Grinding, GrindingError, wheel_pose};
-use crate::geometry::nurbs::Section;
-use crate::geometry::{Pose, Rotation, Vector};
+use super::points::Tooled;
+use crate::cycles::precession::{BonnetMarks, Contact, Precession, PrecessionError};
+use crate::cycles::surface_grinding::{GrindingError, RowPoint, Rows};
+use crate::cycles::{Mark, OneMark, Process};
+use crate::geometry::{Pose, Vector};
 use crate::joints::Joints;
-use crate::kinematics::follow::{Feed, Guide};
+use crate::kinematics::follow::Guide;
 use crate::machines::arm::{ArmSet, OneBranch, Refusal};
 
 impl Tooled<6> for OneBranch<f32> {
@@ -73,26 +73,13 @@ pub struct SurfacePoint {
     pub begins: bool,
 }
 
-/// Rows of a surface, ground point by point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rows {
-    pub grinding: Grinding<f32>,
-    /// Half the wheel's width [mm]; 0: not looked at.
-    pub half_width: f32,
-    /// Where the depth is not constant [mm/s].
-    pub feed: f32,
-    /// Every other row backwards: the wheel's axle stays as it is.
-    pub zigzag: bool,
-    pub rows: u32,
-}
-
 /// What an arm's tool does.
 // One of them at a time, in the place of the largest.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum ArmWork {
     Precession(Precession<f32>),
-    Grinding(Rows),
+    Grinding(Rows<f32>),
 }
 
 /// Why a point cannot be worked.
@@ -109,46 +96,24 @@ pub enum WorkError {
 /// Marks of one point.
 // One at a time, in the place of the largest.
 #[allow(clippy::large_enum_variant)]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum ArmMarks {
-    Stretch(Stretch<f32>),
-    One(Option<Mark<Pose<f32>>>),
+    Bonnet(BonnetMarks<f32>),
+    Wheel(OneMark<Pose<f32>, f32>),
 }
 
 impl Iterator for ArmMarks {
-    type Item = Mark<Pose<f32>>;
+    type Item = Mark<Pose<f32>, f32>;
 
     fn next(&mut self) -> Option<Self::Item> {
         match self {
-            Self::Stretch(stretch) => stretch.next().map(|stance| bonnet(&stance)),
-            Self::One(mark) => mark.take(),
+            Self::Bonnet(marks) => marks.next(),
+            Self::Wheel(marks) => marks.next(),
         }
     }
 }
 
-/// The bonnet's pose.
-fn bonnet(stance: &Stance<f32>) -> Mark<Pose<f32>> {
-    let tool = stance.tool();
-    let a = -tool.a;
-    Mark {
-        end: Pose {
-            rotation: Rotation {
-                n: tool.n,
-                s: a.cross(tool.n),
-                a,
-            },
-            p: stance.centre,
-        },
-        // The first pose has no stretch before it.
-        pace: if stance.dt > 0.0 {
-            Pace::Feed(Feed::Time(stance.dt))
-        } else {
-            Pace::Apart
-        },
-    }
-}
-
-impl Process for ArmWork {
+impl Process<f32> for ArmWork {
     type Point = SurfacePoint;
     type End = Pose<f32>;
     type Marks = ArmMarks;
@@ -164,74 +129,33 @@ impl Process for ArmWork {
                     p: point.p,
                     n: point.n,
                 };
-                let stretch = precession.push(contact).map_err(WorkError::Precession)?;
-                Ok(ArmMarks::Stretch(stretch))
+                let marks = precession.take(&contact).map_err(WorkError::Precession)?;
+                Ok(ArmMarks::Bonnet(marks))
             }
-            Self::Grinding(rows) => rows.mark(point).map(|mark| ArmMarks::One(Some(mark))),
+            Self::Grinding(rows) => {
+                let contact = RowPoint {
+                    p: point.p,
+                    n: point.n,
+                    feed: point.feed.ok_or(WorkError::NoFeed)?,
+                    curvature: point.curvature,
+                    begins: point.begins,
+                };
+                let marks = rows.take(&contact).map_err(WorkError::Grinding)?;
+                Ok(ArmMarks::Wheel(marks))
+            }
         }
     }
 
     fn finish(&mut self) -> Result<ArmMarks, WorkError> {
         match self {
-            Self::Precession(precession) => {
-                let rest = precession.finish().map_err(WorkError::Precession)?;
-                Ok(ArmMarks::Stretch(rest))
-            }
-            Self::Grinding(_) => Ok(ArmMarks::One(None)),
+            Self::Precession(precession) => Process::finish(precession)
+                .map(ArmMarks::Bonnet)
+                .map_err(WorkError::Precession),
+            Self::Grinding(rows) => rows
+                .finish()
+                .map(ArmMarks::Wheel)
+                .map_err(WorkError::Grinding),
         }
-    }
-}
-
-impl Rows {
-    fn mark(&mut self, point: &SurfacePoint) -> Result<Mark<Pose<f32>>, WorkError> {
-        let feed = point.feed.ok_or(WorkError::NoFeed)?;
-        let bad = WorkError::Grinding(GrindingError::BadPose);
-        if !(point.p.is_finite() && point.n.is_finite() && feed.is_finite()) {
-            return Err(bad);
-        }
-        // Seven digits of a line are unit vectors at right angles to seven digits; more than that is a mistake.
-        const SKEW: f32 = 0.01;
-        let n = point.n.unit(1e-6).ok_or(bad)?;
-        let along = feed.unit(1e-6).ok_or(bad)?;
-        if along.dot(n).abs() > SKEW {
-            return Err(bad);
-        }
-        let feed = (along - n * along.dot(n)).unit(0.5).ok_or(bad)?;
-        let [k_f, k_c, tau] = point.curvature;
-        let section = Section {
-            feed,
-            cross: n.cross(feed),
-            k_f,
-            k_c,
-            tau,
-        };
-        let of_grinding = WorkError::Grinding;
-        let grinding = &self.grinding;
-        let mut contact = grinding.hertz.on(&section).map_err(of_grinding)?;
-        if self.half_width > 0.0 {
-            contact = contact.within(self.half_width).map_err(of_grinding)?;
-        }
-        grinding.pitch_on(&section).map_err(of_grinding)?;
-        let speed = grinding.feed(&contact, self.feed).map_err(of_grinding)?;
-        let rows = self
-            .rows
-            .wrapping_add(u32::from(point.begins || self.rows == 0));
-        let mut pose = wheel_pose(point.p, n, &section).map_err(of_grinding)?;
-        if self.zigzag && rows % 2 == 0 {
-            // Half a turn about the tool's z axis.
-            pose.rotation.n = -pose.rotation.n;
-            pose.rotation.s = -pose.rotation.s;
-        }
-        let begins = rows != self.rows;
-        self.rows = rows;
-        Ok(Mark {
-            end: pose,
-            pace: if begins {
-                Pace::Apart
-            } else {
-                Pace::Feed(Feed::Tip(speed))
-            },
-        })
     }
 }
 

@@ -4,9 +4,11 @@ pub mod arm;
 pub mod pair;
 pub mod points;
 
-use crate::cycles::drill_point::Cycle;
+use crate::cycles::drill_point::{Cycle, DrillMarks};
+use crate::cycles::{Pace, Process};
 use crate::joints::Joints;
 use crate::kinematics::Kinematics;
+use crate::kinematics::follow::Feed;
 use crate::machines::drill_grinder::DrillGrinder;
 
 /// Why a waypoint cannot be a target.
@@ -38,7 +40,7 @@ pub struct Scale<const N: usize> {
 /// A drill cycle on its machine. An iterator of targets; a copy can be walked for checking.
 #[derive(Clone, Debug)]
 pub struct DrillPath {
-    cycle: Cycle<f32>,
+    marks: DrillMarks<f32>,
     machine: DrillGrinder<f32>,
     scale: Scale<6>,
     /// Joints of the last target: turns and the singular pose are chosen near them.
@@ -53,13 +55,14 @@ const D2: usize = 1;
 impl DrillPath {
     /// The cycle, starting from joints `near`.
     pub fn new(
-        cycle: Cycle<f32>,
+        mut cycle: Cycle<f32>,
         machine: DrillGrinder<f32>,
         scale: Scale<6>,
         near: Joints<6>,
     ) -> Self {
+        let Ok(marks) = cycle.finish();
         Self {
-            cycle,
+            marks,
             machine,
             scale,
             near,
@@ -70,7 +73,7 @@ impl DrillPath {
 
     /// Strokes begun so far, and how many there are.
     pub fn progress(&self) -> (u32, u32) {
-        (self.cycle.pass(), self.cycle.plan().strokes())
+        (self.marks.rest().pass(), self.marks.rest().plan().strokes())
     }
 }
 
@@ -81,12 +84,16 @@ impl Iterator for DrillPath {
         if let Some(target) = self.held.take() {
             return Some(Ok(target));
         }
-        let waypoint = self.cycle.next()?;
-        let joints = match self.machine.inverse(&waypoint.pose, &self.near) {
+        let mark = self.marks.next()?;
+        let joints = match self.machine.inverse(&mark.end, &self.near) {
             Ok(joints) => joints,
             Err(_) => return Some(Err(PathError::OutOfReach)),
         };
-        let target = match self.scale.target(&joints, waypoint.duration) {
+        let duration = match mark.pace {
+            Pace::Feed(Feed::Time(time)) => time,
+            _ => 0.0,
+        };
+        let target = match self.scale.target(&joints, duration) {
             Ok(target) => target,
             Err(error) => return Some(Err(error)),
         };

@@ -14,8 +14,9 @@
 //! One call of [`PointPath::step`] solves one block, so the foreground is never away for long, however many a point needs.
 
 use super::{PathError, Scale, Target};
+use crate::cycles::{Mark, Pace, Process};
 use crate::joints::Joints;
-use crate::kinematics::follow::{Block, End, Feed, Follower, Guide, Refusal, State, Tolerance};
+use crate::kinematics::follow::{Block, End, Follower, Guide, Refusal, State, Tolerance};
 use crate::math::Real;
 use heapless::Deque;
 
@@ -42,36 +43,6 @@ pub trait Tooled<const M: usize>: Guide<M, f32> + Sized {
         set: &Self::Set,
         clear: f32,
     ) -> Result<Joints<M>, Self::Error>;
-}
-
-/// How a mark is come to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pace {
-    /// In the work, from the mark before.
-    Feed(Feed<f32>),
-    /// Drawn back from the mark before, across as fast as the joints go, and down.
-    Apart,
-}
-
-/// What a process makes of points: ends of the machine's course.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark<E> {
-    pub end: E,
-    pub pace: Pace,
-}
-
-/// A process fed with points.
-pub trait Process: Clone {
-    type Point;
-    type End;
-    type Marks: Iterator<Item = Mark<Self::End>> + Clone;
-    type Error;
-
-    /// What a point adds; refused with nothing changed.
-    fn take(&mut self, point: &Self::Point) -> Result<Self::Marks, Self::Error>;
-
-    /// What is left when no more points come.
-    fn finish(&mut self) -> Result<Self::Marks, Self::Error>;
 }
 
 /// Why a point is refused.
@@ -141,7 +112,7 @@ where
     }
 }
 
-type FaultOf<P, T, const M: usize> = Fault<<P as Process>::Error, <T as Guide<M, f32>>::Error>;
+type FaultOf<P, T, const M: usize> = Fault<<P as Process<f32>>::Error, <T as Guide<M, f32>>::Error>;
 
 impl<T, const M: usize> Shop<T, M>
 where
@@ -177,7 +148,7 @@ fn refused<P, E>(why: Refusal<E>) -> Fault<P, E> {
 impl<T, I, const M: usize> Walker<T, I, M>
 where
     T: Tooled<M>,
-    I: Iterator<Item = Mark<End<T::Course, f32>>> + Clone,
+    I: Iterator<Item = Mark<End<T::Course, f32>, f32>> + Clone,
 {
     /// The next target; `None` when more points are wanted.
     fn next<P>(&mut self, shop: &Shop<T, M>) -> Option<Result<Target<M>, Fault<P, T::Error>>> {
@@ -211,7 +182,7 @@ where
     fn come_to<P>(
         &mut self,
         shop: &Shop<T, M>,
-        mark: Mark<End<T::Course, f32>>,
+        mark: Mark<End<T::Course, f32>, f32>,
     ) -> Result<(), Fault<P, T::Error>> {
         let end = mark.end;
         if let (Some(state), Pace::Feed(feed)) = (self.state, mark.pace) {
@@ -219,11 +190,14 @@ where
             follower.lead(end, feed).map_err(|why| refused(why.why))?;
             self.state = Some(follower.state());
         } else {
-            self.leave(shop)?;
+            let is_apart = mark.pace != Pace::Rapid && shop.clear > 0.0;
+            if is_apart {
+                self.leave(shop)?;
+            }
             let set = shop.tool.reach(&end, &self.near).map_err(Fault::Machine)?;
             let joints = shop.tool.joints(&set);
             let mut duration = 0.0;
-            if shop.clear > 0.0 {
+            if is_apart {
                 let back = shop.tool.draw_back(&end, &set, shop.clear);
                 self.hold(shop.target(&back.map_err(Fault::Machine)?, 0.0)?);
                 duration = shop.clear / shop.plunge;
@@ -273,7 +247,7 @@ pub enum Step<const M: usize, F> {
 /// The path of a process that comes point by point.
 pub struct PointPath<P, T, const M: usize>
 where
-    P: Process<End = End<T::Course, f32>>,
+    P: Process<f32, End = End<T::Course, f32>>,
     T: Tooled<M>,
 {
     shop: Shop<T, M>,
@@ -287,7 +261,7 @@ where
 /// A point on trial.
 struct Trial<P, T, const M: usize>
 where
-    P: Process<End = End<T::Course, f32>>,
+    P: Process<f32, End = End<T::Course, f32>>,
     T: Tooled<M>,
 {
     /// The process behind the point.
@@ -300,7 +274,7 @@ where
 
 impl<P, T, const M: usize> PointPath<P, T, M>
 where
-    P: Process<End = End<T::Course, f32>>,
+    P: Process<f32, End = End<T::Course, f32>>,
     T: Tooled<M>,
 {
     /// A path that begins at the joints `near`.

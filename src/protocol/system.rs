@@ -21,7 +21,10 @@ pub enum Command<'a, const N: usize = AXES> {
     Unlock,
     Counters,
     DrillShow,
-    DrillRun,
+    /// `sim`: walked through only, for its time and its limits.
+    DrillRun {
+        sim: bool,
+    },
     /// Comma-separated words, a letter and a number each.
     DrillSet(&'a str),
     Counts {
@@ -80,7 +83,8 @@ pub fn parse<const N: usize>(line: &Line) -> Result<Command<'_, N>, Error> {
         "TRIM" => Command::TrimShow,
         "TRIM=0" => Command::TrimZero,
         "TRIM=OFF" => Command::TrimOff,
-        "DRILL=RUN" => Command::DrillRun,
+        "DRILL=RUN" => Command::DrillRun { sim: false },
+        "DRILL=SIM" => Command::DrillRun { sim: true },
         "MOVE=END" => Command::MoveEnd,
         "KIN" | "PRECESS" | "SURF" | "MIRROR" => Command::Process {
             name: rest,

@@ -28,6 +28,7 @@ mod error;
 mod flank;
 mod motion;
 mod plan;
+mod process;
 mod solve;
 mod stroke;
 
@@ -36,6 +37,7 @@ pub use error::{DrillPointError, Field};
 pub use flank::{Flank, Ground, Heel, Surface};
 pub use motion::{Motion, Variant};
 pub use plan::{MAX_STROKES, PassPlan, Passes};
+pub use process::DrillMarks;
 pub use solve::{Cone, Drill, Solution, Suggestion};
 pub use stroke::{HeelWarning, Stroke};
 

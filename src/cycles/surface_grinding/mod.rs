@@ -22,6 +22,7 @@ mod error;
 mod grinding;
 mod pose;
 mod removal;
+mod rows;
 mod spacing;
 mod step;
 
@@ -30,5 +31,6 @@ pub use error::{Field, GrindingError};
 pub use grinding::{Depth, Grinding, Job};
 pub use pose::{flange, tool_pose, wheel_pose};
 pub use removal::{Removal, Sense, Stripe};
+pub use rows::{RowPoint, Rows};
 pub use spacing::{Model, Pitch, pitch};
 pub use step::{Limit, Step, StepLimits};

@@ -16,7 +16,7 @@ use crate::cycles::precession::{
     Drive, FarEnd, FeedAt, Parameters, Precession, PrecessionError, Reference,
 };
 use crate::cycles::surface_grinding::{
-    Depth, Grinding, GrindingError, Job, Material, Model, Sense, Wheel,
+    Depth, Field, Grinding, GrindingError, Job, Material, Model, Rows, Sense, Wheel,
 };
 use crate::error::Error;
 use crate::geometry::{Pose, Vector};
@@ -24,7 +24,7 @@ use crate::joints::Joints;
 use crate::kinematics::follow::Tolerance;
 use crate::machines::arm::{Arm, Lengths, OneBranch, Refusal};
 use crate::math::Real;
-use crate::path::arm::{ArmWork, Rows, SurfacePoint, WorkError};
+use crate::path::arm::{ArmWork, SurfacePoint, WorkError};
 use crate::path::points::{PointPath, Shop, left_for_corners};
 use crate::planner::PathSetting;
 use crate::program::list::{Word, whole, word};
@@ -228,7 +228,9 @@ fn precession(values: &[f32; PRECESS.len()]) -> Result<Parameters<f32>, &'static
     })
 }
 
-fn grinding(values: &[f32; SURF.len()]) -> Result<Rows, Result<GrindingError<f32>, &'static str>> {
+fn grinding(
+    values: &[f32; SURF.len()],
+) -> Result<Rows<f32>, Result<GrindingError<f32>, &'static str>> {
     let get = |name| Given::get(values, &SURF, name);
     let choice = |name: &'static str, most| whole(get(name), name, most).map_err(|_| Err(name));
     let radius = |name| Some(get(name)).filter(|r| *r != 0.0);
@@ -265,13 +267,13 @@ fn grinding(values: &[f32; SURF.len()]) -> Result<Rows, Result<GrindingError<f32
             depth => Depth::Constant(depth),
         },
     };
-    Ok(Rows {
-        grinding: Grinding::new(&job).map_err(Ok)?,
-        half_width: get("half_width"),
-        feed: job.feed,
-        zigzag: choice("zigzag", 1)? == 1,
-        rows: 0,
-    })
+    let grinding = Grinding::new(&job).map_err(Ok)?;
+    let half_width = get("half_width");
+    if !(half_width >= 0.0 && half_width.is_finite()) {
+        return Err(Ok(GrindingError::BadParameter(Field::HalfWidth)));
+    }
+    let zigzag = choice("zigzag", 1)? == 1;
+    Ok(Rows::new(grinding, half_width, job.feed, zigzag))
 }
 
 fn bad_choice(name: &str, out: &mut dyn Write) -> Error {
@@ -327,13 +329,6 @@ fn work_of_surf(
         }
         Err(name) => bad_choice(name, out),
     })?;
-    if !(rows.half_width >= 0.0 && rows.half_width.is_finite()) {
-        say(
-            out,
-            format_args!("BadParameter half_width: expected at least 0 mm"),
-        );
-        return Err(Error::ValueRange);
-    }
     let [clear, plunge] = ["clear", "plunge"].map(|name| Given::get(values, &SURF, name));
     check_clear(clear, plunge, out)?;
     Ok((ArmWork::Grinding(rows), [clear, plunge]))

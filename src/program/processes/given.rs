@@ -1,9 +1,10 @@
 //! What the processes have in common: their words, the numbers of a point, the look at a path that is not to be run.
 
 use super::{Order, Progress, say};
+use crate::cycles::Process;
 use crate::error::Error;
 use crate::geometry::Vector;
-use crate::path::points::{Fault, PointPath, Process, Step, Tooled};
+use crate::path::points::{Fault, PointPath, Step, Tooled};
 use crate::path::{PathError, Target};
 use crate::program::list::{self, Word, reading};
 use crate::program::words::Decimal;
@@ -117,7 +118,7 @@ pub trait Told {
 /// A path under way, and what it comes to.
 pub struct Running<P, T, const M: usize>
 where
-    P: Process<End = crate::kinematics::follow::End<T::Course, f32>>,
+    P: Process<f32, End = crate::kinematics::follow::End<T::Course, f32>>,
     T: Tooled<M>,
 {
     pub path: PointPath<P, T, M>,
@@ -129,7 +130,7 @@ where
 
 impl<P, T, const M: usize> Running<P, T, M>
 where
-    P: Process<End = crate::kinematics::follow::End<T::Course, f32>>,
+    P: Process<f32, End = crate::kinematics::follow::End<T::Course, f32>>,
     T: Tooled<M>,
     P::Error: Told,
     T::Error: Told,

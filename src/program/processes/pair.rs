@@ -14,6 +14,7 @@
 use super::given::{Given, Numbers, Parameter, PointLine, Running, Told, vector};
 use super::{Order, Processes, Progress, Standing, say};
 use crate::cycles::mirror_bias::{Bias, BiasError, LEAST_READINGS};
+use crate::cycles::mirror_milling::{FaceError, FacePoint, PanelRows};
 use crate::error::Error;
 use crate::geometry::Vector;
 use crate::joints::Joints;
@@ -22,7 +23,6 @@ use crate::kinematics::follow::Tolerance;
 use crate::machines::two_sided::{AtWall, FourAxes, Pair, PairError, PairGuide, SideError};
 use crate::math::Real;
 use crate::path::Scale;
-use crate::path::pair::{FaceError, FacePoint, PanelRows};
 use crate::path::points::{PointPath, Shop, left_for_corners};
 use crate::planner::PathSetting;
 use crate::program::list::{Word, reading, word};
@@ -56,7 +56,7 @@ const MOST_BIAS: f32 = 0.2;
 /// A reading farther from the wall that was asked for is none of it [mm].
 const GATE: f32 = 0.5;
 
-type Path = Running<PanelRows, PairGuide<f32>, 8>;
+type Path = Running<PanelRows<f32>, PairGuide<f32>, 8>;
 
 /// A pair with its wall.
 pub struct PairProcesses {
@@ -373,7 +373,7 @@ impl PairProcesses {
             clear,
             plunge: feed,
         };
-        let rows = PanelRows { feed, begun: false };
+        let rows = PanelRows::new(feed);
         let near = standing.scale.joints(&standing.at);
         if !self.sim {
             // Later readings are of the walls that this run mills.

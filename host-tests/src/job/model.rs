@@ -344,7 +344,7 @@ impl Reader<'_> {
         let chain = match (pair, side) {
             (_, 2) => {
                 let detail = format!(
-                    "both sides of {} have {} joints and this controller has {MOTORS} motors; give each side a controller and a job of its own, side = \"mill\" and side = \"support\"",
+                    "both sides of {} have {} joints and this controller has {MOTORS} motors; give each side a controller and a job of its own, side = \"mill\" and side = \"support\"; kind = \"mirror\" runs both sides of m4 on eight motors",
                     pairs[pair],
                     8 + 2 * pair
                 );

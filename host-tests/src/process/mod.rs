@@ -6,11 +6,13 @@
 //! MirrorJob     -> walls with and without trimming, and what a gauge teaches; its eight motors run elsewhere (`pair`)
 //! ```
 
+mod bias;
 mod mirror;
 mod precession;
 mod surface;
 
-pub use mirror::{BiasMade, BiasedPanel, Milled, MirrorMade, Row};
+pub use bias::{BiasMade, BiasedPanel};
+pub use mirror::{Milled, MirrorMade, Row};
 pub use precession::PrecessionMade;
 pub use surface::{Compared, Reached, SurfaceMade};
 

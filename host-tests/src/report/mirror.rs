@@ -1,11 +1,11 @@
 //! The report on a panel milled from both sides: the wall with and without live trimming, simulated and from the pulses of
 //! both machines, beside the paper's tables.
 
-use super::{Cell, PairFigures, Report};
+use super::{Cell, PairFigures, Report, bias};
 use crate::job::{Job, MirrorJob};
 use crate::mirror::{Summary, TOLERANCE, Walls, mean, sample_sigma};
 use crate::plot::{Chart, Histogram, Map, colour, number};
-use crate::process::{BiasMade, BiasedPanel, Milled, MirrorMade};
+use crate::process::{BiasMade, Milled, MirrorMade};
 use crate::run::Outcome;
 
 /// Everything that a finished simulation of mirror milling says.
@@ -57,11 +57,6 @@ pub(super) fn told_walls(walls: &Summary) -> String {
     )
 }
 
-fn signed(x: f64) -> String {
-    let sign = if x < 0.0 { "" } else { "+" };
-    format!("{sign}{}", number(x, 4))
-}
-
 impl MirrorFigures<'_> {
     /// Whether every trimmed wall is within its tolerance, with every filter time, and the pulses are as they should be.
     pub fn is_sound(&self) -> bool {
@@ -77,69 +72,6 @@ impl MirrorFigures<'_> {
     /// Wanted wall [mm].
     fn wanted(&self) -> f64 {
         self.made.milled.first().map_or(0.0, |m| m.simulation.d)
-    }
-
-    fn told_bias(&self, bias: &BiasMade) -> String {
-        let d = self.wanted();
-        format!(
-            "{} gauge readings{}: walls {} mm, rms off {}; with {} mm on the wall: {} mm, rms off {} (paper, trimmed: 1.4448, 0.0564)",
-            bias.bias.readings(),
-            match bias.outliers {
-                0 => String::new(),
-                n => format!(", {n} outliers refused"),
-            },
-            number(mean(&bias.before.gauged), 4),
-            number(bias.before.rms(d), 4),
-            signed(bias.correction),
-            number(mean(&bias.after.gauged), 4),
-            number(bias.after.rms(d), 4)
-        )
-    }
-
-    fn bias_section(&self, report: &mut Report, bias: &BiasMade) {
-        report.section("The bias that trimming cannot see");
-        let d = self.wanted();
-        let row = |name: &str, panel: &BiasedPanel, is_judged: bool| {
-            let digits = |x: f64, n: usize| Cell::Number(number(x, n));
-            let within = format!("{} %", number(panel.rows.within() * 100.0, 3));
-            vec![
-                Cell::Text(name.into()),
-                digits(mean(&panel.gauged), 4),
-                digits(sample_sigma(&panel.gauged), 5),
-                digits(panel.rms(d), 4),
-                match is_judged {
-                    true => Cell::Judged(within, panel.rows.within() >= 1.0),
-                    false => Cell::Number(within),
-                },
-            ]
-        };
-        let printed = |name: &str, figures: [&str; 4]| {
-            let mut cells = vec![Cell::Text(name.into())];
-            cells.extend(figures.map(|figure| Cell::Number(figure.into())));
-            cells
-        };
-        report.table(
-            "Gauged points [mm]; within: all ticks of the rows that count",
-            &["", "mean", "sigma (n \u{2212} 1)", "rms off", "within"],
-            &[
-                printed(
-                    "paper, without trimming",
-                    ["1.4489", "0.02853", "0.0578", "\u{2013}"],
-                ),
-                printed(
-                    "paper, with trimming",
-                    ["1.4448", "0.01260", "0.0564", "\u{2013}"],
-                ),
-                row("first panel, trimmed", &bias.before, false),
-                row("second panel, trimmed and corrected", &bias.after, true),
-            ],
-        );
-        report.text(&format!(
-            "The machine of this job is off by the same everywhere, as the paper's was. Trimming narrows the spread and leaves \
-             the rms error. What the gauge readings of the first panel lack on the average, {} mm, is added to the wall of the \
-             second, which is milled under other noise.",
-            signed(bias.correction)
-        ));
     }
 
     fn told_panel(&self) -> String {
@@ -181,7 +113,7 @@ impl MirrorFigures<'_> {
             ));
         }
         if let Some(bias) = &self.made.bias {
-            lines.push(format!("bias     {}", self.told_bias(bias)));
+            lines.push(format!("bias     {}", bias::told(bias, self.wanted())));
         }
         match &self.pulses {
             Some(pulses) => lines.extend(pulses.summary(self.wall)),
@@ -204,7 +136,7 @@ impl MirrorFigures<'_> {
             rows.push(("Wall trimmed", told.into()));
         }
         if let Some(bias) = &self.made.bias {
-            rows.push(("Bias", self.told_bias(bias).into()));
+            rows.push(("Bias", bias::told(bias, self.wanted()).into()));
         }
         report.summary(&rows);
         let Some(first) = self.made.milled.first() else {
@@ -216,7 +148,7 @@ impl MirrorFigures<'_> {
         self.spread_section(&mut report);
         self.sensor_section(&mut report, first);
         if let Some(bias) = &self.made.bias {
-            self.bias_section(&mut report, bias);
+            bias::section(&mut report, bias, self.wanted());
         }
         if let Some(pulses) = &self.pulses {
             pulses.sections(&mut report);

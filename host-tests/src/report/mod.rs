@@ -1,5 +1,6 @@
 //! Figures and tables -> one HTML page that needs nothing else: no network, no script, and it prints well.
 
+mod bias;
 mod contour;
 mod counts;
 mod drill;

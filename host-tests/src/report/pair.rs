@@ -275,23 +275,24 @@ impl<'a> PairFigures<'a> {
 
     fn tip_section(&self, report: &mut Report) {
         let wall = self.run.plan.wall;
-        let all = || self.measured.rows.iter().flat_map(|row| &row.samples);
-        let thin = (all().count() / 6000).max(1);
-        let chart = Chart::new("Between the tips, all rows", "time [s]", "µm")
+        let rows = &self.measured.rows;
+        let Some(row) = rows.get(rows.len() / 2) else {
+            return;
+        };
+        let name = self.pair.rows.get(row.row).map_or("", |row| &row.name);
+        let thin = (row.samples.len() / 6000).max(1);
+        let samples = || row.samples.iter().step_by(thin);
+        let chart = Chart::new(&format!("Between the tips, {name}"), "x [mm]", "µm")
             .size(860.0, 200.0)
             .line(
                 "thickness off",
                 colour(0),
-                all()
-                    .step_by(thin)
-                    .map(|sample| (sample.time, (sample.thickness - wall) * 1e3)),
+                samples().map(|sample| (sample.x, (sample.thickness - wall) * 1e3)),
             )
             .line(
                 "across the normal",
                 colour(1),
-                all()
-                    .step_by(thin)
-                    .map(|sample| (sample.time, sample.lateral * 1e3)),
+                samples().map(|sample| (sample.x, sample.lateral * 1e3)),
             );
         report.figure(
             &chart.svg(),

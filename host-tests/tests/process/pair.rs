@@ -80,6 +80,22 @@ fn the_tips_keep_the_wall_while_the_sensor_moves_both_sides() {
 }
 
 #[test]
+fn what_a_run_did_wrong_makes_the_job_unsound() {
+    let (job, outcome) = ran(&stretch());
+    let is_sound = |change: fn(&mut RunPair)| {
+        let mut changed = outcome.clone();
+        change(changed.pair.as_mut().unwrap());
+        Finished::of(&job, &changed, 0.1).sound
+    };
+
+    assert!(is_sound(|_| {}));
+    assert!(!is_sound(|run| run.counts[5] += 1), "a step that was lost");
+    assert!(!is_sound(|run| run.wanted[0] += 1), "a trim left over");
+    assert!(!is_sound(|run| run.starved = 1), "a queue run dry");
+    assert!(!is_sound(|run| run.plan.wall = 1.55), "another wall");
+}
+
+#[test]
 fn the_pulses_show_the_filtered_readings_and_nothing_else() {
     let (job, outcome) = ran(&stretch());
     let (run, found) = measured(&job, &outcome);

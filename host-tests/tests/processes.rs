@@ -3,6 +3,7 @@
 mod common;
 
 use common::{arm_lines, pair_lines, trace_of_lines};
+use hexstep::protocol::reading::encode;
 use hexstep_host::emulator::{
     Emulator, OCTOPUS, Options, PinMap, Pulses, SKR_PRO, arm_from_environment,
     octopus_from_environment,
@@ -673,6 +674,99 @@ fn a_simulated_path_tells_its_time_and_moves_nothing() {
         assert!(heard.contains(" blocks, 16.00"), "{heard}");
         assert_eq!(machine.controller.counts(), [0; 6]);
         assert_eq!(machine.ask("$PRECESS=T19"), "ok\r\n", "it is at rest again");
+    });
+}
+
+/// Held twice and run at other speeds in between: the path, and the axis's phase along it, are what they were.
+#[test]
+fn holds_and_overrides_do_not_take_the_tool_off_its_path() {
+    with_arm(|machine| {
+        for cue in [
+            "$CUE=3500,HOLD",
+            "$CUE=4200,RESUME",
+            "$CUE=5000,FEED,200",
+            "$CUE=5300,HOLD",
+            "$CUE=5700,RESUME",
+            "$CUE=6000,FEED,50",
+        ] {
+            assert_eq!(machine.ask(cue), "ok\r\n");
+        }
+        machine.take_trace();
+
+        let trace = trace_of_lines(
+            machine,
+            &lines(&[
+                "$PRECESS=T20,V10,W60,L100,E0.05,O0",
+                "$PRECESS=RUN",
+                "$POINT=0,0,0,0,0,1",
+                "$POINT=40,0,0,0,0,1",
+                "$POINT=END",
+            ]),
+        );
+
+        let tools = tools(&trace);
+        let begins = tools
+            .iter()
+            .position(|t| distance(t.tip, [0.0, 0.0, 39.5]) < 0.05);
+        for tool in &tools[begins.unwrap()..] {
+            let [x, y, z] = tool.tip;
+            let alpha = (6.0 * x).to_radians();
+            let (sin, cos) = 20.0f64.to_radians().sin_cos();
+            let wanted = [sin * alpha.cos(), sin * alpha.sin(), cos];
+            assert!(y.hypot(z - 39.5) < 0.055, "{tool:?}");
+            assert!(angle_deg(tool.axis, wanted) < 0.3, "{tool:?}");
+        }
+        let at_rest = tools
+            .windows(2)
+            .filter(|w| distance(w[0].tip, w[1].tip) < 1e-4);
+        assert!(at_rest.count() > 500, "it was held");
+        assert!((tools.last().unwrap().tip[0] - 40.0).abs() < 0.02);
+        assert_eq!(machine.starved(), 0);
+    });
+}
+
+/// The panel has given way by 0.06 mm, and both sides follow it together while the pair mills.
+#[test]
+fn readings_trim_both_sides_of_a_pair_that_mills_from_points() {
+    with_pair(|machine| {
+        for line in [
+            "$1013=0.2",
+            "$TRIM=ON,10,0.1,0.1,0.5,0.2,50",
+            "$MIRROR=V50,O0",
+            "$MIRROR=RUN",
+        ] {
+            assert_eq!(machine.ask(line), "ok\r\n", "{line}");
+        }
+        machine.take_trace();
+        for line in ["$POINT=0,0,0,0,0,1", "$POINT=100,0,0,0,0,1", "$POINT=END"] {
+            machine.say(line);
+        }
+        // The sensor speaks every 5 ms, and the foreground does the rest.
+        let reading = encode(Some(0.06));
+        let mut said = 0;
+        while said < 500 {
+            machine.put(&reading);
+            said += 1;
+            let until = machine.now() + 5 * MS;
+            while machine.now() < until {
+                machine.step();
+            }
+        }
+        machine.put(&[0xAE]);
+        machine.run_to_rest();
+        let trace = machine.take_trace();
+
+        let tips = tips(&trace, [0; 8]);
+        let mut shifted = 0;
+        for [mill, support] in &tips {
+            if (5.0..95.0).contains(&mill.tip[0]) {
+                let wall = mill.tip[2] - support.tip[2];
+                assert!((wall - 1.5).abs() < 0.004, "{mill:?} {support:?}");
+                shifted += u32::from(support.tip[2] > 0.05);
+            }
+        }
+        assert!(shifted > 1000, "{shifted} ms on the panel where it is");
+        assert_eq!(machine.starved(), 0);
     });
 }
 

@@ -31,6 +31,10 @@
 //! | `$DRILL` | | `[DRILL:D..,W..,...]`, `ok` |
 //! | `$DRILL=D..,W..,...` | sets drill parameters, all or nothing | `ok` |
 //! | `$DRILL=RUN` | checks the whole cycle against the travel, then grinds | `ok` when accepted |
+//! | `$DRILL=SIM` | checks it and no more | `[MSG:Simulated: ...]`, `ok` |
+//! | `$KIN`, `$KIN=name`, `$KIN.par=v,...` | shows, chooses, sets the machine of a process | `[KIN:...]`, `ok` |
+//! | `$PRECESS`, `$SURF`, `$MIRROR`, `=words`, `=RUN`, `=SIM`, `=STOP` | a process: shows, sets, begins, looks only, stops | `[name:...]`, `ok` |
+//! | `$POINT=x,y,z,i,j,k,...`, `=ROW`, `=END` | a point of the process; see [`processes`](crate::program::processes) | `ok` when all of it can be run |
 //! | empty line | | `ok` |
 //!
 //! Every line gets exactly one `ok` or `error:n`. A refused one is explained before that in `[MSG:name field: what was

@@ -6,6 +6,7 @@ pub mod emulator;
 pub mod export;
 pub mod files;
 pub mod job;
+pub mod lines;
 pub mod machine;
 pub mod mirror;
 pub mod pair;

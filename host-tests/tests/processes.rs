@@ -8,6 +8,7 @@ use hexstep_host::emulator::{
     Emulator, OCTOPUS, Options, PinMap, Pulses, SKR_PRO, arm_from_environment,
     octopus_from_environment,
 };
+use hexstep_host::job::Job;
 use hexstep_host::machine::{self, Machine};
 use hexstep_host::reference::matrix::{angle_deg, distance, translation};
 use hexstep_host::reference::serial::{Forward, Serial, SerialJoint, ToolAt};
@@ -450,6 +451,31 @@ fn the_arms_firmware_makes_the_pulses_of_memory_from_the_same_points() {
     with_arm(|machine| {
         assert_equal_pulses(machine, firmware, SKR_PRO, &arm_lines(), &runs);
     });
+}
+
+/// The lines of delivered jobs, cut short: settings and words whole, then their first points.
+#[test]
+fn the_arms_firmware_begins_delivered_jobs_with_the_pulses_of_memory() {
+    let Some(firmware) = arm_from_environment() else {
+        return say_not_run("HEXSTEP_FIRMWARE_ARM");
+    };
+    for (name, points) in [("precession-curved", 2), ("dune-soft", 7)] {
+        let file = format!("{}/jobs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let all = hexstep_host::lines::of(&Job::load(file.as_ref()).unwrap()).unwrap();
+        let begins = all
+            .iter()
+            .position(|line| line.starts_with("$POINT"))
+            .unwrap();
+        let (settings, rest) = all.split_at(begins - 2);
+        let mut run = rest[..2 + points].to_vec();
+        run.push("$POINT=END".into());
+        let settings = [&["$1012=1".into()], settings].concat();
+        machine::with(|machine| {
+            machine.ask("");
+            trace_of_lines(machine, &settings);
+            assert_equal_pulses(machine, firmware.clone(), SKR_PRO, &settings, &[run]);
+        });
+    }
 }
 
 #[test]

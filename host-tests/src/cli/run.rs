@@ -6,6 +6,7 @@
 use crate::export::{self, Span};
 use crate::files::write_whole;
 use crate::job::{Job, JobError};
+use crate::lines;
 use crate::report::{Card, Finished, Standing, index, motor_names};
 use crate::run;
 use crate::trace::{Trace, bits, seconds};
@@ -121,6 +122,19 @@ pub fn run(request: &Request) -> u8 {
     };
     say(&text);
     status
+}
+
+/// Writes the lines that make a machine do a job to standard output; returns the exit status.
+pub fn lines(name: Option<&str>) -> u8 {
+    match load(name).and_then(|job| lines::of(&job)) {
+        Ok(lines) => {
+            let mut text = lines.join("\n");
+            text.push('\n');
+            say(&text);
+            SOUND
+        }
+        Err(error) => refuse(&error),
+    }
 }
 
 /// Results of all jobs, and the page that shows them.

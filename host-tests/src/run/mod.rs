@@ -7,7 +7,7 @@ mod drill;
 pub mod pair;
 mod path;
 pub mod poses;
-mod settings;
+pub(crate) mod settings;
 
 pub use pair::{Reading, RunPair, RunRow};
 pub use poses::targets;

@@ -8,7 +8,7 @@ use hexstep::settings::Settings;
 use hexstep::stepper::StepMode;
 
 /// A number of the machine's table, a value, and the key of the job that it comes from.
-pub(super) type Value = (u16, f32, String);
+pub(crate) type Value = (u16, f32, String);
 
 /// The settings of the machine that a job describes; `plan` are its poses and what they became.
 ///
@@ -50,7 +50,7 @@ pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings,
 ///
 /// # Errors
 /// `OutOfRange` at the key whose value the machine does not take.
-pub(super) fn apply<const N: usize>(
+pub(crate) fn apply<const N: usize>(
     job: &Job,
     values: Vec<Value>,
 ) -> Result<Settings<N>, JobError> {
@@ -68,7 +68,7 @@ pub(super) fn apply<const N: usize>(
 }
 
 /// `[stepper]`
-pub(super) fn driver_values(job: &Job) -> Vec<Value> {
+pub(crate) fn driver_values(job: &Job) -> Vec<Value> {
     let us = |counts: u32| (seconds(counts.into()) * 1e6) as f32;
     let timing = &job.timing;
     let both = f32::from(u8::from(timing.mode == StepMode::BothEdge));
@@ -81,7 +81,7 @@ pub(super) fn driver_values(job: &Job) -> Vec<Value> {
 }
 
 /// `[machine]`: the limits of all motors.
-pub(super) fn axis_values(axes: &[AxisLimits]) -> Vec<Value> {
+pub(crate) fn axis_values(axes: &[AxisLimits]) -> Vec<Value> {
     let mut values = Vec::new();
     for (motor, axis) in (0u16..).zip(axes) {
         let key = |name: &str| format!("machine.{name}[{motor}]");

@@ -29,19 +29,20 @@ pub struct Rows<R> {
     half_width: R,
     feed: R,
     zigzag: bool,
-    rows: u32,
+    /// The way the wheel faces, and whether this row goes the other way; `None` before the first.
+    facing: Option<(Vector<R>, bool)>,
 }
 
 impl<R: Real> Rows<R> {
-    /// `half_width` of the wheel [mm], 0: not looked at; `feed` where the depth is not constant [mm/s]; `zigzag`: every
-    /// other row is ground backwards, and the wheel's axle stays as it is.
+    /// `half_width` of the wheel [mm], 0: not looked at; `feed` where the depth is not constant [mm/s]; `zigzag`: rows may
+    /// go to and fro, and the wheel faces as it did before, so that its axle is not swung round between them.
     pub fn new(grinding: Grinding<R>, half_width: R, feed: R, zigzag: bool) -> Self {
         Self {
             grinding,
             half_width,
             feed,
             zigzag,
-            rows: 0,
+            facing: None,
         }
     }
 }
@@ -84,13 +85,17 @@ impl<R: Real> Process<R> for Rows<R> {
         self.grinding.pitch_on(&section)?;
         let speed = self.grinding.feed(&contact, self.feed)?;
         let mut pose = wheel_pose(point.p, n, &section)?;
-        let begins = point.begins || self.rows == 0;
-        let rows = self.rows.wrapping_add(u32::from(begins));
-        if self.zigzag && rows.is_multiple_of(2) {
+        let begins = point.begins || self.facing.is_none();
+        let is_back = match self.facing {
+            Some((facing, _)) if begins => self.zigzag && facing.dot(feed) < R::ZERO,
+            Some((_, is_back)) => is_back,
+            None => false,
+        };
+        if is_back {
             // Half a turn about the tool's z axis.
             (pose.rotation.n, pose.rotation.s) = (-pose.rotation.n, -pose.rotation.s);
         }
-        self.rows = rows;
+        self.facing = Some((pose.rotation.n, is_back));
         let pace = if begins {
             Pace::Apart
         } else {

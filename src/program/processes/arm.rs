@@ -85,7 +85,7 @@ pub const SURF: [Word; 19] = [
     word('A', "model", 0.0),
     // Depth of every row; 0: the feed is constant
     word('P', "depth", 0.0),
-    // Every other row backwards
+    // Rows may go to and fro without the wheel being swung round
     word('Z', "zigzag", 0.0),
     // How far the wheel is lifted between rows, and how fast it comes down
     word('O', "clear", 10.0),

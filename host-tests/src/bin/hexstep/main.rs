@@ -25,6 +25,12 @@ enum Command {
     Run(Run),
     /// Show the jobs that come with the program
     List,
+    /// Print the lines that make a machine do a job: settings, kinematics, process, points
+    #[command(after_help = LINES_EXAMPLES)]
+    Lines {
+        /// A job file, or the name of a delivered job (see `hexstep list`)
+        job: String,
+    },
     /// Ask a calculator: JSON on standard input, JSON on standard output
     #[command(after_help = CALC_EXAMPLES)]
     Calc(Calc),
@@ -73,6 +79,7 @@ const EXAMPLES: &str = r#"Examples:
   hexstep run --all                        run them all, and write a page that shows them
   hexstep run counts                       run lines of step counts
   hexstep run my-drill.toml --out results  run a job of your own
+  hexstep lines precession-plane           print what makes a machine do it
   hexstep calc --list                      show every calculator
   hexstep calc --help                      how to ask them"#;
 
@@ -83,6 +90,13 @@ Examples:
   hexstep run --all
   hexstep run host-tests/jobs/counts.toml
   hexstep run my-drill.toml --out results --trace none"#;
+
+const LINES_EXAMPLES: &str = r#"Send them with any sender that waits for the answer to each line. A refused one has changed nothing.
+
+Examples:
+  hexstep lines drill-point                      for the image skr-pro
+  hexstep lines precession-curved > polish.txt   for skr-pro-arm: points of the surface, the rest is the machine's work
+  hexstep lines mirror-panel                     for octopus; readings of the sensor come between the lines"#;
 
 const CALC_EXAMPLES: &str = r#"Lengths in mm, angles in degrees, times in s. One object is one case; an array of objects is answered by an array.
 Exit status: 0 every case answered; 2 bad input, told as {"error": NAME, "detail": SENTENCE}.
@@ -114,6 +128,7 @@ fn main() -> ExitCode {
             }
         }
         Some(Command::List) => jobs::list(),
+        Some(Command::Lines { job }) => jobs::lines(Some(&job)),
         Some(Command::Calc(arguments)) => run_calc(arguments),
     };
     ExitCode::from(status)

@@ -1,0 +1,152 @@
+//! A job -> the lines of the serial protocol that make a machine do it: its settings, its kinematics, its process with
+//! every point. Any sender that waits for the answer to each line can send them.
+//!
+//! ```text
+//! drill-point  $DRILL=..., RUN                                    image skr-pro
+//! counts       $SEG=...                                           any
+//! poses        $MOVE=... for every block, END                     any: the planning is the host's
+//! precession   $PRECESS=..., RUN, $POINT=... for every point      skr-pro-arm
+//! surface      $SURF=..., RUN, $POINT=... for every station       skr-pro-arm
+//! mirror       $TRIM=ON,..., $MIRROR=..., RUN, $POINT=...         octopus; the sensor is the machine's
+//! ```
+
+mod points;
+
+use crate::job::{AxisLimits, DrillJob, Job, JobError, PosesJob, Task};
+use crate::poses::Plan;
+use crate::run::settings::{self, Value, apply, axis_values, driver_values};
+use crate::run::targets;
+use crate::trace::seconds;
+use hexstep::cycles::drill_point::Variant;
+use hexstep::program::drill::WORDS;
+use hexstep::program::list::Word;
+use hexstep::settings::Settings;
+use hexstep::stepper::Preset;
+
+/// All lines of a job.
+///
+/// # Errors
+/// `NotOffered` for a job whose machine no image of the firmware has, else those of planning.
+pub fn of(job: &Job) -> Result<Vec<String>, JobError> {
+    match &job.task {
+        Task::DrillPoint(drill) => {
+            let mut lines = setting_lines(&settings::settings(job, None)?);
+            if drill.variant != Variant::Exact {
+                let detail = "a machine grinds the exact variant; set it, or leave it out";
+                return Err(job.refuse("cycle.variant", "NotOffered", detail.into()));
+            }
+            let word =
+                |word: Word| format!("{}{}", word.letter, number(drill_word(drill, word.name)));
+            lines.push(format!("$DRILL={}", WORDS.map(word).join(",")));
+            lines.push("$DRILL=RUN".into());
+            Ok(lines)
+        }
+        Task::Counts(counts) => {
+            let mut lines = setting_lines(&settings::settings(job, None)?);
+            lines.extend(counts.lines.iter().map(|line| {
+                let words: Vec<String> = line.counts.iter().map(i32::to_string).collect();
+                let preset = match line.preset {
+                    Preset::Published => "PUBLISHED",
+                    Preset::Centred => "CENTRED",
+                };
+                format!(
+                    "$SEG={},{},{preset}",
+                    words.join(","),
+                    seconds(line.duration)
+                )
+            }));
+            Ok(lines)
+        }
+        Task::Poses(poses) => moves(job, poses),
+        Task::Precession(precession) => points::precession(job, precession),
+        Task::Surface(surface) => points::surface(job, surface),
+        Task::Mirror(mirror) => points::mirror(job, mirror),
+        Task::Path(_) => {
+            let detail =
+                "a path of joints is streamed from the host with its dwells; see run::path";
+            Err(job.refuse("kind", "NotOffered", detail.into()))
+        }
+    }
+}
+
+/// The value of a word of `$DRILL=`.
+fn drill_word(drill: &DrillJob, name: &str) -> f64 {
+    match name {
+        "diameter" => drill.diameter,
+        "web" => drill.web,
+        "point_angle" => drill.point_angle,
+        "chisel_angle" => drill.chisel_angle,
+        "clearance" => drill.clearance,
+        "phi" => drill.phi,
+        "stock" => drill.stock,
+        "rough_depth" => drill.rough_depth,
+        "finish_depth" => drill.finish_depth,
+        "finish_passes" => drill.finish_passes.into(),
+        "spark_out" => drill.spark_out.into(),
+        "clear" => drill.clear,
+        "over" => drill.over,
+        "heel_angle" => drill.heel_angle,
+        "mu_step" => drill.mu_step,
+        "stroke_speed" => drill.stroke_speed,
+        "infeed_speed" => drill.infeed_speed,
+        "l1" => drill.l1,
+        "l2" => drill.l2,
+        // There is no other; a test sends the lines of every job.
+        _ => f64::NAN,
+    }
+}
+
+/// Blocks of joints, planned by the host.
+fn moves(job: &Job, poses: &PosesJob) -> Result<Vec<String>, JobError> {
+    let plan = Plan::of(job, poses)?;
+    let mut lines = setting_lines(&settings::settings(job, Some((poses, &plan)))?);
+    let targets = targets(job, poses, &plan)?;
+    let (approach, path) = targets.split_at(1.min(targets.len()));
+    for stretch in [approach, path] {
+        lines.extend(stretch.iter().map(|target| {
+            let words = target.steps.map(|n| n.to_string()).join(",");
+            format!("$MOVE={words},{}", target.duration)
+        }));
+        lines.push("$MOVE=END".into());
+    }
+    Ok(lines)
+}
+
+/// Lines that give a machine all of these settings, whatever it had before.
+pub fn setting_lines<const N: usize>(settings: &Settings<N>) -> Vec<String> {
+    let motors = N as u16;
+    let rate = |number: u16| (110..110 + motors).contains(&number);
+    let line = |(number, value): (u16, f32)| format!("${number}={}", number_of(value));
+    // What is to be fast later would be too fast with the steps of before; travels are wide in between.
+    let mut set: Vec<String> = (110..110 + motors).map(|n| format!("${n}=1")).collect();
+    set.extend((1040..1040 + motors).map(|n| format!("${n}=-1000000")));
+    set.extend((1050..1050 + motors).map(|n| format!("${n}=1000000")));
+    let others = settings.all().filter(|(n, _)| !rate(*n) && *n != 1012);
+    set.extend(others.map(line));
+    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
+    set
+}
+
+/// Settings of motors in their own units, with a tolerance of the path [mm].
+fn own_settings<const N: usize>(
+    job: &Job,
+    axes: &[AxisLimits],
+    tolerance: f64,
+    others: Vec<Value>,
+) -> Result<Settings<N>, JobError> {
+    let mut values = driver_values(job);
+    values.extend(axis_values(axes));
+    values.push((1003, tolerance as f32, "path.tip_tolerance".into()));
+    values.extend(others);
+    apply(job, values)
+}
+
+/// A number as the protocol reads it: no exponent, as many digits as it has.
+fn number(value: f64) -> String {
+    let text = format!("{value:.9}");
+    text.trim_end_matches('0').trim_end_matches('.').into()
+}
+
+fn number_of(value: f32) -> String {
+    format!("{value}")
+}

@@ -1,0 +1,137 @@
+//! The lines of a job, said to the machine in memory: it does what the job says, and what the host would have done.
+
+mod common;
+
+use common::trace_of_lines;
+use hexstep_host::job::{Job, Task};
+use hexstep_host::lines;
+use hexstep_host::machine;
+use hexstep_host::process::Made;
+use hexstep_host::reference::matrix::{angle_deg, distance};
+use hexstep_host::run;
+use hexstep_host::trace::{TICK_HZ, Trace};
+
+fn job(name: &str) -> Job {
+    let file = format!("{}/jobs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    Job::load(file.as_ref()).unwrap()
+}
+
+/// What six motors do when all lines of a job are said to them.
+fn said(lines: &[String]) -> Trace<6> {
+    machine::with(|machine| {
+        machine.ask("");
+        machine.take_trace();
+        let trace = trace_of_lines(machine, lines);
+        assert_eq!(machine.starved(), 0);
+        trace
+    })
+}
+
+/// A job whose planning is the host's, or which the machine has of its own: the same counts as when the host runs it.
+#[test]
+fn the_lines_of_a_job_end_where_the_job_ends() {
+    for name in ["drill-point", "counts", "two-sided", "arm-path"] {
+        let job = job(name);
+
+        let trace = said(&lines::of(&job).unwrap());
+
+        let wanted = run::run(&job, &mut |_, _| {}).unwrap();
+        assert_eq!(trace.positions(), wanted.counts.map(i64::from), "{name}");
+    }
+}
+
+/// The poses that the host plans in f64 from the job, and those that the machine makes of the same points in f32: the tool
+/// comes by all of them.
+#[test]
+fn an_arm_makes_of_a_jobs_points_the_poses_that_the_host_plans() {
+    for name in ["precession-plane", "precession-curved", "dune-soft"] {
+        let job = job(name);
+        let made = Made::of(&job).unwrap().unwrap();
+        let poses = made.poses().unwrap();
+        let forward = &poses.machine.forward;
+
+        let trace = said(&lines::of(&job).unwrap());
+
+        let at = |steps: &[f64; 6]| {
+            forward.at(&std::array::from_fn(|i| {
+                let limits = &poses.machine.joints[i].limits;
+                (steps[i] / limits.steps_per_unit).to_radians()
+            }))
+        };
+        let tools: Vec<_> = trace.rebuilt_every(TICK_HZ / 1000).iter().map(at).collect();
+        // In their order: each is sought behind the one before.
+        let mut from = 0;
+        let (mut tip, mut axis) = (0.0f64, 0.0f64);
+        for row in &poses.rows {
+            // Lifts between rows are the machine's own.
+            if row.pace == hexstep_host::job::Pace::Rapid && name == "dune-soft" {
+                continue;
+            }
+            let off = |k: &usize| distance(tools[*k].tip, row.tip);
+            let ahead = tools.len().min(from + 12_000);
+            let near = (from..ahead)
+                .min_by(|a, b| off(a).total_cmp(&off(b)))
+                .unwrap();
+            tip = tip.max(off(&near));
+            axis = axis.max(angle_deg(tools[near].axis, row.axis));
+            from = near;
+        }
+        // Tolerances of these jobs: 0.05 mm and 0.05 deg; a millisecond of the way at 20 mm/s is 0.02 mm.
+        assert!(tip <= 0.06, "{name}: {tip} mm");
+        assert!(axis <= 0.2, "{name}: {axis} deg");
+    }
+}
+
+#[test]
+fn a_pair_mills_the_rows_of_a_job_and_follows_no_sensor_that_is_silent() {
+    let job = job("mirror-skin");
+    let Task::Mirror(mirror) = &job.task else {
+        panic!("a mirror job");
+    };
+    let pair = mirror.pair.as_ref().unwrap();
+    let wall = mirror.simulations[0].d;
+    let mut list = lines::of(&job).unwrap();
+    list.retain(|line| !line.starts_with("$TRIM=ON"));
+
+    let trace = machine::with_motors::<8, _>(|machine| {
+        machine.ask("");
+        machine.take_trace();
+        let trace = trace_of_lines(machine, &list);
+        assert_eq!(machine.starved(), 0);
+        trace
+    });
+
+    let steps: Vec<f64> = pair
+        .joints
+        .iter()
+        .map(|j| j.limits.steps_per_unit)
+        .collect();
+    let rows = trace.rebuilt_every(TICK_HZ / 1000);
+    let tips: Vec<_> = rows
+        .iter()
+        .map(|row| pair.tools(&std::array::from_fn(|i| row[i] / steps[i])))
+        .collect();
+    let mut milled = 0;
+    for pair in tips.windows(2) {
+        let [mill, support] = pair[1];
+        let apart = distance(mill.tip, support.tip);
+        // Along a row, not on the way in or out.
+        let along = (support.tip[0] - pair[0][1].tip[0]).abs();
+        if apart < wall + 1.0 && along > 0.003 {
+            milled += 1;
+            assert!((apart - wall).abs() < 0.006, "{apart} mm apart");
+        }
+    }
+    // Two rows of 120 mm at 4 mm/s.
+    assert!(
+        (55_000..70_000).contains(&milled),
+        "{milled} ms in the panel"
+    );
+}
+
+#[test]
+fn what_no_machine_can_be_told_by_lines_is_said() {
+    let refused = lines::of(&job("circle")).unwrap_err();
+    assert_eq!(refused.name, "NotOffered");
+    assert_eq!(refused.key.as_deref(), Some("kind"));
+}

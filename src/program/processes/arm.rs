@@ -7,17 +7,11 @@
 //! | `WORK` x, y, z | mm | the work's origin in the base, axes parallel |
 //! | `BRANCH` | | 0 ..= 7, or -1: the one with the least turning to the first point |
 //! | `AXIS` | deg | how far the tool may lean from where it should |
-//!
-//! Words: see [`PRECESS`] and [`SURF`]. Angles in degrees here and nowhere below.
 
-use super::given::{Given, MOST, Numbers, Parameter, PointLine, Running, Told, vector};
+use super::given::{Given, MOST, Numbers, Parameter, PointLine, Running, Told, parameter, vector};
+use super::precess::{self, PRECESS};
+use super::surf::{self, SURF};
 use super::{Order, Processes, Progress, Standing, say};
-use crate::cycles::precession::{
-    Drive, FarEnd, FeedAt, Parameters, Precession, PrecessionError, Reference,
-};
-use crate::cycles::surface_grinding::{
-    Depth, Field, Grinding, GrindingError, Job, Material, Model, Rows, Sense, Wheel,
-};
 use crate::error::Error;
 use crate::geometry::{Pose, Vector};
 use crate::joints::Joints;
@@ -27,70 +21,8 @@ use crate::math::Real;
 use crate::path::arm::{ArmWork, SurfacePoint, WorkError};
 use crate::path::points::{PointPath, Shop, left_for_corners};
 use crate::planner::PathSetting;
-use crate::program::list::{Word, whole, word};
+use crate::program::list::whole;
 use core::fmt::Write;
-
-/// Words of `$PRECESS`: angles in degrees, lengths in mm, times in s.
-pub const PRECESS: [Word; 21] = [
-    word('T', "theta", 20.0),
-    word('R', "bonnet_radius", 40.0),
-    word('H', "inward", 0.5),
-    word('V', "feed", 5.0),
-    // 0 at the contact, 1 at the ball's centre
-    word('C', "feed_at", 0.0),
-    // 0 time, 1 distance
-    word('M', "drive", 0.0),
-    word('W', "rate", 30.0),
-    word('P', "pitch", 60.0),
-    word('A', "alpha0", 0.0),
-    // 0 carried along, 1 locked to the feed
-    word('F', "reference", 0.0),
-    // First reference direction; 0, 0, 0: that of the first move
-    word('I', "ref_x", 0.0),
-    word('J', "ref_y", 0.0),
-    word('K', "ref_z", 0.0),
-    word('L', "ell", 127.0),
-    // 0 towards the spindle, 1 towards the surface
-    word('N', "far_end", 0.0),
-    word('E', "eps", 0.01),
-    word('D', "dpsi", 5.0),
-    word('X', "dt_max", 0.5),
-    word('Q', "w_rot", 20.0),
-    word('B', "dwell", 0.0),
-    // How far the tool is drawn back before and behind the path
-    word('O', "clear", 10.0),
-];
-
-/// Words of `$SURF`: lengths in mm, feed in mm/s, force in N.
-pub const SURF: [Word; 19] = [
-    // Radii of the wheel; 0: flat
-    word('R', "r_rim", 10.0),
-    word('C', "r_crown", 50.0),
-    // Half of its width; 0: not looked at
-    word('W', "half_width", 0.0),
-    word('E', "e1", 1_050_000.0),
-    word('N', "nu1", 0.2),
-    word('G', "e2", 206_000.0),
-    word('M', "nu2", 0.3),
-    word('F', "force", 30.0),
-    // Preston's coefficient in 1e-12 / Pa
-    word('K', "k", 5.0),
-    word('S', "rpm", 2800.0),
-    word('V', "feed", 20.0),
-    // 0 neglects the feed beside the rim, 1 against it, 2 with it
-    word('D', "sense", 0.0),
-    word('H', "scallop", 0.04),
-    word('Y', "margin", 0.02),
-    // 0 envelope, 1 additive
-    word('A', "model", 0.0),
-    // Depth of every row; 0: the feed is constant
-    word('P', "depth", 0.0),
-    // Rows may go to and fro without the wheel being swung round
-    word('Z', "zigzag", 0.0),
-    // How far the wheel is lifted between rows, and how fast it comes down
-    word('O', "clear", 10.0),
-    word('Q', "plunge", 5.0),
-];
 
 const KIN: [Parameter; 6] = [
     parameter("A", 0, 3),
@@ -100,10 +32,6 @@ const KIN: [Parameter; 6] = [
     parameter("BRANCH", 10, 1),
     parameter("AXIS", 11, 1),
 ];
-
-const fn parameter(name: &'static str, first: usize, count: usize) -> Parameter {
-    Parameter { name, first, count }
-}
 
 /// Share of the tolerances that the chords of the joints may use; the rest is for the planner's corners.
 const CHORDS: f32 = 0.85;
@@ -186,152 +114,6 @@ fn check_kin(values: &[f32; 12], out: &mut dyn Write) -> Result<(), Error> {
         ),
     );
     Err(Error::ValueRange)
-}
-
-fn precession(values: &[f32; PRECESS.len()]) -> Result<Parameters<f32>, &'static str> {
-    let get = |name| Given::get(values, &PRECESS, name);
-    let choice = |name: &'static str| whole(get(name), name, 1).map_err(|_| name);
-    let reference = Vector::new(get("ref_x"), get("ref_y"), get("ref_z"));
-    Ok(Parameters {
-        theta: get("theta").to_radians(),
-        bonnet_radius: get("bonnet_radius"),
-        inward: get("inward"),
-        feed: get("feed"),
-        feed_at: match choice("feed_at")? {
-            0 => FeedAt::Contact,
-            _ => FeedAt::Centre,
-        },
-        drive: match choice("drive")? {
-            0 => Drive::Time {
-                rate: get("rate").to_radians(),
-            },
-            _ => Drive::Distance {
-                pitch: get("pitch"),
-            },
-        },
-        alpha0: get("alpha0").to_radians(),
-        reference: match choice("reference")? {
-            0 => Reference::Transport,
-            _ => Reference::FeedLocked,
-        },
-        first_reference: (reference != Vector::ZERO).then_some(reference),
-        ell: get("ell"),
-        far_end: match choice("far_end")? {
-            0 => FarEnd::Spindle,
-            _ => FarEnd::Surface,
-        },
-        eps: get("eps"),
-        dpsi: get("dpsi").to_radians(),
-        dt_max: get("dt_max"),
-        w_rot: get("w_rot").to_radians(),
-        dwell: get("dwell"),
-    })
-}
-
-fn grinding(
-    values: &[f32; SURF.len()],
-) -> Result<Rows<f32>, Result<GrindingError<f32>, &'static str>> {
-    let get = |name| Given::get(values, &SURF, name);
-    let choice = |name: &'static str, most| whole(get(name), name, most).map_err(|_| Err(name));
-    let radius = |name| Some(get(name)).filter(|r| *r != 0.0);
-    let job = Job {
-        wheel: Wheel {
-            rim: radius("r_rim"),
-            crown: radius("r_crown"),
-        },
-        wheel_material: Material {
-            modulus: get("e1"),
-            poisson: get("nu1"),
-        },
-        part_material: Material {
-            modulus: get("e2"),
-            poisson: get("nu2"),
-        },
-        force: get("force"),
-        k: get("k") * 1e-12,
-        rpm: get("rpm"),
-        feed: get("feed"),
-        sense: match choice("sense", 2)? {
-            0 => Sense::Neglected,
-            1 => Sense::Against,
-            _ => Sense::With,
-        },
-        scallop: get("scallop"),
-        margin: get("margin"),
-        model: match choice("model", 1)? {
-            0 => Model::Envelope,
-            _ => Model::Additive,
-        },
-        depth: match get("depth") {
-            0.0 => Depth::ConstantFeed,
-            depth => Depth::Constant(depth),
-        },
-    };
-    let grinding = Grinding::new(&job).map_err(Ok)?;
-    let half_width = get("half_width");
-    if !(half_width >= 0.0 && half_width.is_finite()) {
-        return Err(Ok(GrindingError::BadParameter(Field::HalfWidth)));
-    }
-    let zigzag = choice("zigzag", 1)? == 1;
-    Ok(Rows::new(grinding, half_width, job.feed, zigzag))
-}
-
-fn bad_choice(name: &str, out: &mut dyn Write) -> Error {
-    say(
-        out,
-        format_args!("OutOfRange {name}: expected the number of one of its choices, from 0 on"),
-    );
-    Error::ValueRange
-}
-
-/// How far a tool is drawn back, and how fast it comes.
-fn check_clear(clear: f32, plunge: f32, out: &mut dyn Write) -> Result<(), Error> {
-    if (0.0..=1000.0).contains(&clear) && plunge > 0.0 && plunge.is_finite() {
-        return Ok(());
-    }
-    say(
-        out,
-        format_args!("OutOfRange clear: expected 0 to 1000 mm, at a speed above 0 mm/s"),
-    );
-    Err(Error::ValueRange)
-}
-
-fn work_of_precess(
-    values: &[f32; PRECESS.len()],
-    out: &mut dyn Write,
-) -> Result<(ArmWork, [f32; 2]), Error> {
-    let parameters = precession(values).map_err(|name| bad_choice(name, out))?;
-    let made = Precession::new(&parameters).map_err(|error: PrecessionError| {
-        let field = error.field().map_or("", |field| field.name());
-        say(
-            out,
-            format_args!("{} {field}: {}", error.name(), error.remedy()),
-        );
-        Error::ValueRange
-    })?;
-    let clear = Given::get(values, &PRECESS, "clear");
-    check_clear(clear, parameters.feed, out)?;
-    Ok((ArmWork::Precession(made), [clear, parameters.feed]))
-}
-
-fn work_of_surf(
-    values: &[f32; SURF.len()],
-    out: &mut dyn Write,
-) -> Result<(ArmWork, [f32; 2]), Error> {
-    let rows = grinding(values).map_err(|bad| match bad {
-        Ok(error) => {
-            let field = error.field().map_or("", |field| field.name());
-            say(
-                out,
-                format_args!("{} {field}: {}", error.name(), error.remedy()),
-            );
-            Error::ValueRange
-        }
-        Err(name) => bad_choice(name, out),
-    })?;
-    let [clear, plunge] = ["clear", "plunge"].map(|name| Given::get(values, &SURF, name));
-    check_clear(clear, plunge, out)?;
-    Ok((ArmWork::Grinding(rows), [clear, plunge]))
 }
 
 impl ArmProcesses {
@@ -444,8 +226,14 @@ impl ArmProcesses {
         out: &mut dyn Write,
     ) -> Result<([f32; 6], f32), Error> {
         let (work, [clear, plunge]) = match self.asked {
-            Asked::Precess => work_of_precess(&self.precess.values, out)?,
-            Asked::Surf => work_of_surf(&self.surf.values, out)?,
+            Asked::Precess => {
+                let (made, ways) = precess::built(&self.precess.values, out)?;
+                (ArmWork::Precession(made), ways)
+            }
+            Asked::Surf => {
+                let (rows, ways) = surf::built(&self.surf.values, out)?;
+                (ArmWork::Grinding(rows), ways)
+            }
         };
         let tool = self.guide(standing)?;
         let [.., branch, axis] = self.numbers.values;
@@ -492,10 +280,10 @@ impl<const N: usize> Processes<N> for ArmProcesses {
             "PRECESS" => self
                 .precess
                 .obey(name, value, is_idle, out, |values, out| {
-                    work_of_precess(values, out).map(|_| ())
+                    precess::built(values, out).map(|_| ())
                 })?,
             "SURF" => self.surf.obey(name, value, is_idle, out, |values, out| {
-                work_of_surf(values, out).map(|_| ())
+                surf::built(values, out).map(|_| ())
             })?,
             "POINT" => return self.point(value.ok_or(Error::UnknownCommand)?, out),
             "MIRROR" => return Err(Error::Unavailable),

@@ -276,3 +276,27 @@ impl<const K: usize> Numbers<K> {
         }
     }
 }
+
+pub(super) fn bad_choice(name: &str, out: &mut dyn Write) -> Error {
+    say(
+        out,
+        format_args!("OutOfRange {name}: expected the number of one of its choices, from 0 on"),
+    );
+    Error::ValueRange
+}
+
+/// How far a tool is drawn back, and how fast it comes.
+pub(super) fn check_clear(clear: f32, plunge: f32, out: &mut dyn Write) -> Result<(), Error> {
+    if (0.0..=1000.0).contains(&clear) && plunge > 0.0 && plunge.is_finite() {
+        return Ok(());
+    }
+    say(
+        out,
+        format_args!("OutOfRange clear: expected 0 to 1000 mm, at a speed above 0 mm/s"),
+    );
+    Err(Error::ValueRange)
+}
+
+pub(super) const fn parameter(name: &'static str, first: usize, count: usize) -> Parameter {
+    Parameter { name, first, count }
+}

@@ -13,12 +13,17 @@
 
 mod all;
 mod arm;
+mod correction;
 mod given;
 mod pair;
+mod precess;
+mod surf;
 
 pub use all::AllProcesses;
-pub use arm::{ArmProcesses, PRECESS, SURF};
+pub use arm::ArmProcesses;
 pub use pair::{MIRROR, PairProcesses};
+pub use precess::PRECESS;
+pub use surf::SURF;
 
 use crate::error::Error;
 use crate::machines::two_sided::Pair;

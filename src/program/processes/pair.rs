@@ -11,9 +11,9 @@
 //!
 //! Travel is that of `$1040` and `$1050`. No axis is commanded if either side fails.
 
-use super::given::{Given, Numbers, Parameter, PointLine, Running, Told, vector};
+use super::correction::Correction;
+use super::given::{Given, Numbers, Parameter, PointLine, Running, Told, parameter, vector};
 use super::{Order, Processes, Progress, Standing, say};
-use crate::cycles::mirror_bias::{Bias, BiasError, LEAST_READINGS};
 use crate::cycles::mirror_milling::{FaceError, FacePoint, PanelRows};
 use crate::error::Error;
 use crate::geometry::Vector;
@@ -26,7 +26,6 @@ use crate::path::Scale;
 use crate::path::points::{PointPath, Shop, left_for_corners};
 use crate::planner::PathSetting;
 use crate::program::list::{Word, reading, word};
-use crate::program::words::Decimal;
 use core::fmt::Write;
 
 /// Words of `$MIRROR`.
@@ -43,29 +42,17 @@ const KIN: [Parameter; 4] = [
     parameter("WORK", 14, 3),
 ];
 
-const fn parameter(name: &'static str, first: usize, count: usize) -> Parameter {
-    Parameter { name, first, count }
-}
-
 /// Share of the tolerance that the chords of the joints may use.
 const CHORDS: f32 = 0.85;
 /// How far the tools may lean beside what the machine leaves anyway [deg].
 const LEAN: f32 = 0.05;
-/// Largest correction of the wall [mm].
-const MOST_BIAS: f32 = 0.2;
-/// A reading farther from the wall that was asked for is none of it [mm].
-const GATE: f32 = 0.5;
-
 type Path = Running<PanelRows<f32>, PairGuide<f32>, 8>;
 
 /// A pair with its wall.
 pub struct PairProcesses {
     numbers: Numbers<17>,
     words: Given<{ MIRROR.len() }>,
-    /// What is added to the wall [mm] of the run under way or of the last one.
-    base: f32,
-    /// What the walls that it milled were found to be off by.
-    bias: Option<Bias<f32>>,
+    correction: Correction,
     sim: bool,
     begins: bool,
     /// A point that came while the blocks of the one before were still on their way.
@@ -87,8 +74,7 @@ impl Default for PairProcesses {
                 ],
             },
             words: Given::new(&MIRROR),
-            base: 0.0,
-            bias: None,
+            correction: Correction::default(),
             sim: false,
             begins: false,
             queued: None,
@@ -175,7 +161,7 @@ impl PairProcesses {
         match value {
             Some("OFF") => return self.point("END", out),
             Some("BIAS") => {
-                self.show_bias(out);
+                self.correction.show(out);
                 return Ok(Order::Done);
             }
             _ => {}
@@ -191,17 +177,16 @@ impl PairProcesses {
         }
         match name {
             "ON" => self.on(rest, out),
-            "GAUGE" => self.gauge(rest, out),
+            "GAUGE" => {
+                let [wall, ..] = self.words.values;
+                self.correction.gauge(wall, rest, out)?;
+                Ok(Order::Done)
+            }
             _ => {
-                self.forget_bias();
+                self.correction = Correction::default();
                 Ok(Order::Done)
             }
         }
-    }
-
-    fn forget_bias(&mut self) {
-        self.base = 0.0;
-        self.bias = None;
     }
 
     /// A new wall makes what was learnt of the one before void.
@@ -215,7 +200,7 @@ impl PairProcesses {
         let order = self.words.obey("MIRROR", value, is_idle, out, check)?;
         let [wall, ..] = self.words.values;
         if wall != before {
-            self.forget_bias();
+            self.correction = Correction::default();
         }
         Ok(order)
     }
@@ -228,57 +213,9 @@ impl PairProcesses {
         check(&changed, out)?;
         self.words.values = changed;
         if wall != before {
-            self.forget_bias();
+            self.correction = Correction::default();
         }
         Ok(Order::Run { sim: false })
-    }
-
-    /// All readings of a line, or none.
-    fn gauge(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
-        let [wall, ..] = self.words.values;
-        let mut bias = match self.bias {
-            Some(bias) => bias,
-            None => Bias::new(wall, MOST_BIAS, GATE).map_err(|_| Error::ValueRange)?,
-        };
-        for word in text.split(',') {
-            let reading = reading(word).ok_or(Error::BadNumber)?;
-            bias.take(reading).map_err(|error| {
-                let (name, expected) = match error {
-                    BiasError::Outlier => ("Outlier", "within 0.5 mm of the wall"),
-                    _ => ("NonFinite", "finite numbers"),
-                };
-                say(out, format_args!("{name} reading: expected {expected}"));
-                Error::ValueRange
-            })?;
-        }
-        if bias.is_beyond() {
-            say(
-                out,
-                format_args!(
-                    "Beyond: the walls are off by more than {} mm; mend the machine, only so much is corrected",
-                    Decimal(MOST_BIAS)
-                ),
-            );
-        }
-        self.bias = Some(bias);
-        Ok(Order::Done)
-    }
-
-    /// What is added to the wall of the next run [mm].
-    fn correction(&self) -> f32 {
-        let learnt = self.bias.and_then(|bias| bias.correction());
-        (self.base + learnt.unwrap_or(0.0)).clamp(-MOST_BIAS, MOST_BIAS)
-    }
-
-    fn show_bias(&self, out: &mut dyn Write) {
-        let readings = self.bias.map_or(0, |bias| bias.readings());
-        let _ = write!(out, "[BIAS:{}|{readings}]\r\n", Decimal(self.correction()));
-        if readings < LEAST_READINGS {
-            say(
-                out,
-                format_args!("Learnt from {LEAST_READINGS} readings on, see $MIRROR=GAUGE"),
-            );
-        }
     }
 
     fn kin(
@@ -357,7 +294,7 @@ impl PairProcesses {
         let tool = PairGuide {
             machine: AtWall {
                 pair: self.pair_in(&standing.scale, out)?,
-                wall: wall + self.correction(),
+                wall: wall + self.correction.of_next(),
             },
             speeds: Some(Joints(standing.speeds)),
         };
@@ -376,9 +313,7 @@ impl PairProcesses {
         let rows = PanelRows::new(feed);
         let near = standing.scale.joints(&standing.at);
         if !self.sim {
-            // Later readings are of the walls that this run mills.
-            self.base = self.correction();
-            self.bias = None;
+            self.correction.begin();
         }
         self.begins = false;
         self.queued = None;

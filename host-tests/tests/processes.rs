@@ -682,6 +682,33 @@ fn a_refused_point_loses_nothing_of_the_path() {
 }
 
 #[test]
+fn a_refused_point_does_not_use_up_the_begin_of_a_row() {
+    with_arm(|machine| {
+        machine.take_trace();
+        for line in [
+            "$SURF=RUN",
+            "$POINT=0,0,10,0,0,1,1,0,0",
+            "$POINT=20,0,10,0,0,1,1,0,0",
+            "$POINT=ROW",
+        ] {
+            assert_eq!(machine.ask(line), "ok\r\n", "{line}");
+        }
+        assert!(machine.ask("$POINT=0,5,10,0,0,1,0,0,1").contains("BadPose"));
+
+        let rest = lines(&[
+            "$POINT=0,5,10,0,0,1,1,0,0",
+            "$POINT=20,5,10,0,0,1,1,0,0",
+            "$POINT=END",
+        ]);
+        let tools = tools(&trace_of_lines(machine, &rest));
+
+        let across = tools.iter().filter(|t| t.tip[1] > 1.0 && t.tip[1] < 4.0);
+        assert!(across.clone().count() > 10);
+        assert!(across.clone().all(|t| t.tip[2] > 19.0), "lifted");
+    });
+}
+
+#[test]
 fn a_simulated_path_tells_its_time_and_moves_nothing() {
     with_arm(|machine| {
         let mut heard = String::new();

@@ -17,7 +17,7 @@ pub struct AllProcesses {
 impl Default for AllProcesses {
     fn default() -> Self {
         let mut arm = ArmProcesses::default();
-        arm.is_chosen = false;
+        arm.machine.is_chosen = false;
         Self {
             arm,
             pair: PairProcesses::default(),
@@ -38,7 +38,7 @@ macro_rules! of_motors {
 
 impl<const N: usize> Processes<N> for AllProcesses {
     fn all_turn(&self) -> bool {
-        N == AXES && self.arm.is_chosen
+        N == AXES && self.arm.machine.is_chosen
     }
 
     fn obey(
@@ -72,6 +72,6 @@ impl<const N: usize> Processes<N> for AllProcesses {
     }
 
     fn pair(&self, scale: &Scale<N>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
-        self.pair.pair(scale, out)
+        Processes::<N>::pair(&self.pair, scale, out)
     }
 }

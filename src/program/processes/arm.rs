@@ -8,10 +8,11 @@
 //! | `BRANCH` | | 0 ..= 7, or -1: the one with the least turning to the first point |
 //! | `AXIS` | deg | how far the tool may lean from where it should |
 
-use super::given::{Given, MOST, Numbers, Parameter, PointLine, Running, Told, parameter, vector};
+use super::fed::{Begun, Fed, Machine, Told};
+use super::given::{Given, MOST, Numbers, Parameter, parameter, vector};
 use super::precess::{self, PRECESS};
 use super::surf::{self, SURF};
-use super::{Order, Processes, Progress, Standing, say};
+use super::{Order, Standing, say};
 use crate::error::Error;
 use crate::geometry::{Pose, Vector};
 use crate::joints::Joints;
@@ -20,7 +21,6 @@ use crate::machines::arm::{Arm, Lengths, OneBranch, Refusal};
 use crate::math::Real;
 use crate::path::arm::{ArmWork, SurfacePoint, WorkError};
 use crate::path::points::{PointPath, Shop, left_for_corners};
-use crate::planner::PathSetting;
 use crate::program::list::whole;
 use core::fmt::Write;
 
@@ -38,8 +38,6 @@ const CHORDS: f32 = 0.85;
 /// Where nobody says otherwise, the branch is chosen.
 const ANY: f32 = -1.0;
 
-type Path = Running<ArmWork, OneBranch<f32>, 6>;
-
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Asked {
     #[default]
@@ -47,23 +45,20 @@ enum Asked {
     Surf,
 }
 
+/// An arm with its tools, fed with points.
+pub type ArmProcesses = Fed<Arm6, 6>;
+
 /// An arm with its tools.
-pub struct ArmProcesses {
+pub struct Arm6 {
     /// The arm is the machine; else the motors are what they were.
     pub(super) is_chosen: bool,
     numbers: Numbers<12>,
     precess: Given<{ PRECESS.len() }>,
     surf: Given<{ SURF.len() }>,
     asked: Asked,
-    sim: bool,
-    /// The next point begins a row.
-    begins: bool,
-    /// A point that came while the blocks of the one before were still on their way.
-    queued: Option<PointLine>,
-    path: Option<Path>,
 }
 
-impl Default for ArmProcesses {
+impl Default for Arm6 {
     fn default() -> Self {
         Self {
             is_chosen: true,
@@ -76,10 +71,6 @@ impl Default for ArmProcesses {
             precess: Given::new(&PRECESS),
             surf: Given::new(&SURF),
             asked: Asked::Precess,
-            sim: false,
-            begins: false,
-            queued: None,
-            path: None,
         }
     }
 }
@@ -116,7 +107,7 @@ fn check_kin(values: &[f32; 12], out: &mut dyn Write) -> Result<(), Error> {
     Err(Error::ValueRange)
 }
 
-impl ArmProcesses {
+impl Arm6 {
     fn kin(
         &mut self,
         name: &str,
@@ -146,42 +137,6 @@ impl ArmProcesses {
             _ => return Err(Error::UnknownCommand),
         }
         Ok(Order::Done)
-    }
-
-    fn point(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
-        let line = PointLine::read(text)?;
-        match &self.path {
-            None => Err(Error::NotIdle),
-            Some(path) if path.path.is_drained() || line == PointLine::Row => self.put(line, out),
-            Some(_) => {
-                self.queued = Some(line);
-                Ok(Order::Point)
-            }
-        }
-    }
-
-    fn put(&mut self, line: PointLine, out: &mut dyn Write) -> Result<Order, Error> {
-        let path = self.path.as_mut().ok_or(Error::NotIdle)?;
-        let (numbers, count) = match line {
-            PointLine::Row => {
-                self.begins = true;
-                return Ok(Order::Done);
-            }
-            PointLine::End => return path.take(None, out),
-            PointLine::Numbers(numbers, count) => (numbers, count),
-        };
-        if !matches!(count, 6 | 9 | MOST) {
-            return Err(Error::BadNumber);
-        }
-        let [.., k_f, k_c, tau] = numbers;
-        let point = SurfacePoint {
-            p: vector(&numbers, 0),
-            n: vector(&numbers, 3),
-            feed: (count >= 9).then(|| vector(&numbers, 6)),
-            curvature: [k_f, k_c, tau],
-            begins: core::mem::take(&mut self.begins),
-        };
-        path.take(Some(&point), out)
     }
 
     /// The arm as it stands.
@@ -219,12 +174,54 @@ impl ArmProcesses {
         // About its own axis the tool does not move.
         [Real::abs(a1) + shoulder, shoulder, elbow, wrist, wrist, 0.0]
     }
+}
 
-    fn start_on(
+impl Machine<6> for Arm6 {
+    type Work = ArmWork;
+    type Tool = OneBranch<f32>;
+
+    fn all_turn(&self) -> bool {
+        self.is_chosen
+    }
+
+    fn obey(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+    ) -> Result<Order, Error> {
+        let order = match name {
+            "PRECESS" => self
+                .precess
+                .obey(name, value, is_idle, out, |values, out| {
+                    precess::built(values, out).map(|_| ())
+                })?,
+            "SURF" => self.surf.obey(name, value, is_idle, out, |values, out| {
+                surf::built(values, out).map(|_| ())
+            })?,
+            "MIRROR" => return Err(Error::Unavailable),
+            _ => return self.kin(name, value, is_idle, out),
+        };
+        if let Order::Run { .. } = order {
+            if !self.is_chosen {
+                say(out, format_args!("Expected an arm, see $KIN=ARM6R"));
+                return Err(Error::Unavailable);
+            }
+            self.asked = match name {
+                "SURF" => Asked::Surf,
+                _ => Asked::Precess,
+            };
+        }
+        Ok(order)
+    }
+
+    fn begin(
         &mut self,
         standing: &Standing<6>,
+        _: bool,
         out: &mut dyn Write,
-    ) -> Result<([f32; 6], f32), Error> {
+    ) -> Result<Begun<ArmWork, OneBranch<f32>, 6>, Error> {
         let (work, [clear, plunge]) = match self.asked {
             Asked::Precess => {
                 let (made, ways) = precess::built(&self.precess.values, out)?;
@@ -250,9 +247,6 @@ impl ArmProcesses {
             plunge,
         };
         let near = standing.scale.joints(&standing.at);
-        self.begins = false;
-        self.queued = None;
-        self.path = Some(Path::new(PointPath::new(shop, work, near), self.sim));
         // Where a joint hardly moves the tip, the tool's axis still feels it.
         let contour = left_for_corners(standing.tolerance, CHORDS, 7);
         let least = contour / (left_for_corners(1.0, CHORDS, 1) * axis.to_radians());
@@ -260,103 +254,25 @@ impl ArmProcesses {
         let weight = core::array::from_fn(|i| {
             Real::max(levers[i], least) / standing.scale.steps_per_unit[i]
         });
-        Ok((weight, contour))
-    }
-}
-
-impl<const N: usize> Processes<N> for ArmProcesses {
-    fn all_turn(&self) -> bool {
-        self.is_chosen
-    }
-
-    fn obey(
-        &mut self,
-        name: &str,
-        value: Option<&str>,
-        is_idle: bool,
-        out: &mut dyn Write,
-    ) -> Result<Order, Error> {
-        let order = match name {
-            "PRECESS" => self
-                .precess
-                .obey(name, value, is_idle, out, |values, out| {
-                    precess::built(values, out).map(|_| ())
-                })?,
-            "SURF" => self.surf.obey(name, value, is_idle, out, |values, out| {
-                surf::built(values, out).map(|_| ())
-            })?,
-            "POINT" => return self.point(value.ok_or(Error::UnknownCommand)?, out),
-            "MIRROR" => return Err(Error::Unavailable),
-            _ => return self.kin(name, value, is_idle, out),
-        };
-        if let Order::Run { sim } = order {
-            if !self.is_chosen || N != 6 {
-                say(out, format_args!("Expected an arm, see $KIN=ARM6R"));
-                return Err(Error::Unavailable);
-            }
-            self.sim = sim;
-            self.asked = match name {
-                "SURF" => Asked::Surf,
-                _ => Asked::Precess,
-            };
-        }
-        Ok(order)
-    }
-
-    fn start(
-        &mut self,
-        standing: &Standing<N>,
-        out: &mut dyn Write,
-    ) -> Result<PathSetting<N>, Error> {
-        let first = |values: &[f32; N]| values.first_chunk::<6>().copied();
-        let (Some(scale), Some(at), Some(speeds)) = (
-            standing.scale.first(),
-            standing.at.first_chunk::<6>().copied(),
-            first(&standing.speeds),
-        ) else {
-            return Err(Error::Unavailable);
-        };
-        let six = Standing {
-            scale,
-            at,
-            speeds,
-            tolerance: standing.tolerance,
-        };
-        let (weight, contour) = self.start_on(&six, out)?;
-        let all = core::array::from_fn(|i| weight.get(i).copied().unwrap_or(1.0));
-        PathSetting::new(all, contour).map_err(|_| {
-            self.path = None;
-            say(
-                out,
-                format_args!("BadLimit: expected a tolerance above 0 mm, see $1003"),
-            );
-            Error::ValueRange
+        Ok(Begun {
+            path: PointPath::new(shop, work, near),
+            weight,
+            contour,
         })
     }
 
-    fn next(&mut self, out: &mut dyn Write) -> Progress<N> {
-        let Some(path) = &mut self.path else {
-            return Progress::Over;
-        };
-        match (path.next(out), self.queued) {
-            (Progress::Waits, Some(line)) => {
-                self.queued = None;
-                match self.put(line, out) {
-                    Ok(_) => Progress::Busy,
-                    Err(error) => Progress::Refused(error),
-                }
-            }
-            (progress, _) => progress.on_all(),
+    fn point(numbers: &[f32; MOST], count: usize, begins: bool) -> Result<SurfacePoint, Error> {
+        if !matches!(count, 6 | 9 | MOST) {
+            return Err(Error::BadNumber);
         }
-    }
-
-    fn owes_answer(&self) -> bool {
-        self.queued.is_some() || self.path.as_ref().is_some_and(|path| path.path.is_trying())
-    }
-
-    fn stop(&mut self) {
-        self.path = None;
-        self.queued = None;
+        let [.., k_f, k_c, tau] = *numbers;
+        Ok(SurfacePoint {
+            p: vector(numbers, 0),
+            n: vector(numbers, 3),
+            feed: (count >= 9).then(|| vector(numbers, 6)),
+            curvature: [k_f, k_c, tau],
+            begins,
+        })
     }
 }
 

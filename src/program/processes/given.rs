@@ -1,11 +1,8 @@
-//! What the processes have in common: their words, the numbers of a point, the look at a path that is not to be run.
+//! What the lines of processes have in common: words, numbers of a point, parameters of a machine.
 
-use super::{Order, Progress, say};
-use crate::cycles::Process;
+use super::{Order, say};
 use crate::error::Error;
 use crate::geometry::Vector;
-use crate::path::points::{Fault, PointPath, Step, Tooled};
-use crate::path::{PathError, Target};
 use crate::program::list::{self, Word, reading};
 use crate::program::words::Decimal;
 use core::fmt::Write;
@@ -102,135 +99,6 @@ impl<const K: usize> Given<K> {
     pub fn get(values: &[f32; K], table: &[Word; K], name: &str) -> f32 {
         let found = table.iter().zip(values).find(|(word, _)| word.name == name);
         found.map_or(f32::NAN, |(_, value)| *value)
-    }
-}
-
-/// Name and remedy of what a machine or a process refuses.
-pub trait Told {
-    fn name(&self) -> &'static str;
-    fn remedy(&self) -> &'static str;
-    /// The joint to blame.
-    fn joint(&self) -> Option<usize> {
-        None
-    }
-}
-
-/// A path under way, and what it comes to.
-pub struct Running<P, T, const M: usize>
-where
-    P: Process<f32, End = crate::kinematics::follow::End<T::Course, f32>>,
-    T: Tooled<M>,
-{
-    pub path: PointPath<P, T, M>,
-    sim: bool,
-    blocks: u32,
-    /// Least time of all blocks [us].
-    time: u64,
-}
-
-impl<P, T, const M: usize> Running<P, T, M>
-where
-    P: Process<f32, End = crate::kinematics::follow::End<T::Course, f32>>,
-    T: Tooled<M>,
-    P::Error: Told,
-    T::Error: Told,
-{
-    pub fn new(path: PointPath<P, T, M>, sim: bool) -> Self {
-        Self {
-            path,
-            sim,
-            blocks: 0,
-            time: 0,
-        }
-    }
-
-    /// Puts a point in, or `None` behind the last one.
-    pub fn take(&mut self, point: Option<&P::Point>, out: &mut dyn Write) -> Result<Order, Error> {
-        match self.path.take(point) {
-            Ok(()) => Ok(Order::Point),
-            Err(fault) => Err(refuse(self.path.points(), &fault, out)),
-        }
-    }
-
-    pub fn next(&mut self, out: &mut dyn Write) -> Progress<M> {
-        match self.path.step() {
-            Step::Waits if self.path.is_complete() => {
-                if self.sim {
-                    let ms = (self.time + 500) / 1000;
-                    say(
-                        out,
-                        format_args!(
-                            "Simulated: {} points, {} blocks, {}.{:03} s at least, rapids not counted",
-                            self.path.points(),
-                            self.blocks,
-                            ms / 1000,
-                            ms % 1000
-                        ),
-                    );
-                }
-                Progress::Over
-            }
-            Step::Waits => Progress::Waits,
-            Step::Looked => Progress::Busy,
-            Step::Taken => Progress::Taken,
-            Step::Refused(fault) => Progress::Refused(refuse(self.path.points(), &fault, out)),
-            Step::Target(target) => self.count(target),
-        }
-    }
-
-    fn count(&mut self, target: Target<M>) -> Progress<M> {
-        self.blocks = self.blocks.saturating_add(1);
-        // A block of more than an hour counts as one of an hour.
-        self.time += u64::from((target.duration * 1e6 + 0.5) as u32);
-        if self.sim {
-            Progress::Busy
-        } else {
-            Progress::Target(target)
-        }
-    }
-}
-
-/// Says why the point `index` cannot be worked.
-fn refuse<P: Told, M: Told>(index: u32, fault: &Fault<P, M>, out: &mut dyn Write) -> Error {
-    let (name, remedy) = match fault {
-        Fault::Process(error) => (error.name(), error.remedy()),
-        Fault::Machine(error) => (error.name(), error.remedy()),
-        Fault::Path(PathError::OutOfReach) => ("OutOfReach", "a motor would leave its counter"),
-        Fault::Path(PathError::OutOfTravel { .. }) => (
-            "OutOfTravel",
-            "a joint would leave its travel, see $1040 and $1050",
-        ),
-        Fault::NoBranch => (
-            "NoBranch",
-            "in every branch a joint would leave its range, or the arm is singular",
-        ),
-        Fault::AntiParallel => (
-            "AntiParallel",
-            "neighbouring tool axes must not be opposite; insert points between them",
-        ),
-        Fault::BadFeed => ("BadLimit", "feed and tolerances must be greater than 0"),
-        Fault::Reconfigure => (
-            "Reconfigure",
-            "the joints would change to another solution with the tool in the work; begin a row there",
-        ),
-        Fault::Coarse => (
-            "Coarse",
-            "joints turn too fast beside a pole; lead the path farther from it, or widen $1003",
-        ),
-    };
-    let joint = match fault {
-        Fault::Machine(error) => error.joint(),
-        Fault::Path(PathError::OutOfTravel { joint }) => Some(*joint),
-        _ => None,
-    };
-    let _ = write!(out, "[MSG:{name} point {index}");
-    if let Some(joint) = joint {
-        let _ = write!(out, " joint {joint}");
-    }
-    let _ = write!(out, ": {remedy}]\r\n");
-    match fault {
-        Fault::Process(_) | Fault::BadFeed => Error::ValueRange,
-        _ => Error::BeyondTravel,
     }
 }
 

@@ -14,6 +14,7 @@
 mod all;
 mod arm;
 mod correction;
+mod fed;
 mod given;
 mod pair;
 mod precess;
@@ -21,6 +22,7 @@ mod surf;
 
 pub use all::AllProcesses;
 pub use arm::ArmProcesses;
+pub use fed::Fed;
 pub use pair::{MIRROR, PairProcesses};
 pub use precess::PRECESS;
 pub use surf::SURF;
@@ -54,6 +56,18 @@ pub struct Standing<const N: usize> {
     pub speeds: [f32; N],
     /// How far the tip may leave its path [mm].
     pub tolerance: f32,
+}
+
+impl<const N: usize> Standing<N> {
+    /// Of the first M motors alone; `None` if there are fewer.
+    fn of_first<const M: usize>(&self) -> Option<Standing<M>> {
+        Some(Standing {
+            scale: self.scale.first()?,
+            at: *self.at.first_chunk()?,
+            speeds: *self.speeds.first_chunk()?,
+            tolerance: self.tolerance,
+        })
+    }
 }
 
 /// What has become of the points.

@@ -12,8 +12,9 @@
 //! Travel is that of `$1040` and `$1050`. No axis is commanded if either side fails.
 
 use super::correction::Correction;
-use super::given::{Given, Numbers, Parameter, PointLine, Running, Told, parameter, vector};
-use super::{Order, Processes, Progress, Standing, say};
+use super::fed::{Begun, Fed, Machine, Told};
+use super::given::{Given, MOST, Numbers, Parameter, parameter, vector};
+use super::{Order, Standing, say};
 use crate::cycles::mirror_milling::{FaceError, FacePoint, PanelRows};
 use crate::error::Error;
 use crate::geometry::Vector;
@@ -24,7 +25,6 @@ use crate::machines::two_sided::{AtWall, FourAxes, Pair, PairError, PairGuide, S
 use crate::math::Real;
 use crate::path::Scale;
 use crate::path::points::{PointPath, Shop, left_for_corners};
-use crate::planner::PathSetting;
 use crate::program::list::{Word, reading, word};
 use core::fmt::Write;
 
@@ -46,21 +46,17 @@ const KIN: [Parameter; 4] = [
 const CHORDS: f32 = 0.85;
 /// How far the tools may lean beside what the machine leaves anyway [deg].
 const LEAN: f32 = 0.05;
-type Path = Running<PanelRows<f32>, PairGuide<f32>, 8>;
+/// A pair with its wall, fed with points.
+pub type PairProcesses = Fed<Pair8, 8>;
 
 /// A pair with its wall.
-pub struct PairProcesses {
+pub struct Pair8 {
     numbers: Numbers<17>,
     words: Given<{ MIRROR.len() }>,
     correction: Correction,
-    sim: bool,
-    begins: bool,
-    /// A point that came while the blocks of the one before were still on their way.
-    queued: Option<PointLine>,
-    path: Option<Path>,
 }
 
-impl Default for PairProcesses {
+impl Default for Pair8 {
     /// M4.
     fn default() -> Self {
         Self {
@@ -75,10 +71,6 @@ impl Default for PairProcesses {
             },
             words: Given::new(&MIRROR),
             correction: Correction::default(),
-            sim: false,
-            begins: false,
-            queued: None,
-            path: None,
         }
     }
 }
@@ -151,20 +143,16 @@ fn check(values: &[f32; MIRROR.len()], out: &mut dyn Write) -> Result<(), Error>
     Err(Error::ValueRange)
 }
 
-impl PairProcesses {
+impl Pair8 {
     fn mirror(
         &mut self,
         value: Option<&str>,
         is_idle: bool,
         out: &mut dyn Write,
     ) -> Result<Order, Error> {
-        match value {
-            Some("OFF") => return self.point("END", out),
-            Some("BIAS") => {
-                self.correction.show(out);
-                return Ok(Order::Done);
-            }
-            _ => {}
+        if value == Some("BIAS") {
+            self.correction.show(out);
+            return Ok(Order::Done);
         }
         let (name, rest) = value
             .and_then(|value| value.split_once(','))
@@ -245,50 +233,38 @@ impl PairProcesses {
         Ok(Order::Done)
     }
 
-    fn point(&mut self, text: &str, out: &mut dyn Write) -> Result<Order, Error> {
-        let line = PointLine::read(text)?;
-        match &self.path {
-            None => Err(Error::NotIdle),
-            Some(path) if path.path.is_drained() || line == PointLine::Row => self.put(line, out),
-            Some(_) => {
-                self.queued = Some(line);
-                Ok(Order::Point)
-            }
-        }
-    }
-
-    fn put(&mut self, line: PointLine, out: &mut dyn Write) -> Result<Order, Error> {
-        let path = self.path.as_mut().ok_or(Error::NotIdle)?;
-        match line {
-            PointLine::Row => {
-                self.begins = true;
-                Ok(Order::Done)
-            }
-            PointLine::End => path.take(None, out),
-            PointLine::Numbers(numbers, 6) => {
-                let point = FacePoint {
-                    p: vector(&numbers, 0),
-                    n: vector(&numbers, 3),
-                    begins: core::mem::take(&mut self.begins),
-                };
-                path.take(Some(&point), out)
-            }
-            PointLine::Numbers(..) => Err(Error::BadNumber),
-        }
-    }
-
     /// The pair as it is set, with this travel.
     fn pair_in(&self, scale: &Scale<8>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
         let (lower, upper) = (scale.joints(&scale.lower), scale.joints(&scale.upper));
         let travel = core::array::from_fn(|i| [lower[i], upper[i]]);
         pair_of(&self.numbers.values, travel, out)
     }
+}
 
-    fn start_on(
+impl Machine<8> for Pair8 {
+    type Work = PanelRows<f32>;
+    type Tool = PairGuide<f32>;
+
+    fn obey(
+        &mut self,
+        name: &str,
+        value: Option<&str>,
+        is_idle: bool,
+        out: &mut dyn Write,
+    ) -> Result<Order, Error> {
+        match name {
+            "MIRROR" => self.mirror(value, is_idle, out),
+            "PRECESS" | "SURF" => Err(Error::Unavailable),
+            _ => self.kin(name, value, is_idle, out),
+        }
+    }
+
+    fn begin(
         &mut self,
         standing: &Standing<8>,
+        sim: bool,
         out: &mut dyn Write,
-    ) -> Result<([f32; 8], f32), Error> {
+    ) -> Result<Begun<PanelRows<f32>, PairGuide<f32>, 8>, Error> {
         check(&self.words.values, out)?;
         let [wall, feed, clear] = self.words.values;
         let tool = PairGuide {
@@ -312,12 +288,9 @@ impl PairProcesses {
         };
         let rows = PanelRows::new(feed);
         let near = standing.scale.joints(&standing.at);
-        if !self.sim {
+        if !sim {
             self.correction.begin();
         }
-        self.begins = false;
-        self.queued = None;
-        self.path = Some(Path::new(PointPath::new(shop, rows, near), self.sim));
         let [_, _, _, _, _, b1, _, _, _, _, _, b2, t1, t2, ..] = self.numbers.values;
         // A turning axis carries its tip on the arm between them.
         let least = standing.tolerance / LEAN.to_radians();
@@ -332,88 +305,27 @@ impl PairProcesses {
             lever / standing.scale.steps_per_unit[i]
         });
         // Each side has joints that slide and one that turns, and their errors meet in the wall.
-        Ok((weight, left_for_corners(standing.tolerance, CHORDS, 4)))
-    }
-}
-
-impl<const N: usize> Processes<N> for PairProcesses {
-    fn obey(
-        &mut self,
-        name: &str,
-        value: Option<&str>,
-        is_idle: bool,
-        out: &mut dyn Write,
-    ) -> Result<Order, Error> {
-        let order = match name {
-            "MIRROR" => self.mirror(value, is_idle, out)?,
-            "POINT" => return self.point(value.ok_or(Error::UnknownCommand)?, out),
-            "PRECESS" | "SURF" => return Err(Error::Unavailable),
-            _ => return self.kin(name, value, is_idle, out),
-        };
-        if let Order::Run { sim } = order {
-            self.sim = sim;
-        }
-        Ok(order)
-    }
-
-    fn start(
-        &mut self,
-        standing: &Standing<N>,
-        out: &mut dyn Write,
-    ) -> Result<PathSetting<N>, Error> {
-        let (Some(scale), Some(at), Some(speeds)) = (
-            standing.scale.first(),
-            standing.at.first_chunk::<8>().copied(),
-            standing.speeds.first_chunk::<8>().copied(),
-        ) else {
-            return Err(Error::Unavailable);
-        };
-        let eight = Standing {
-            scale,
-            at,
-            speeds,
-            tolerance: standing.tolerance,
-        };
-        let (weight, contour) = self.start_on(&eight, out)?;
-        let all = core::array::from_fn(|i| weight.get(i).copied().unwrap_or(1.0));
-        PathSetting::new(all, contour).map_err(|_| {
-            self.path = None;
-            say(
-                out,
-                format_args!("BadLimit: expected a tolerance above 0 mm, see $1003"),
-            );
-            Error::ValueRange
+        let contour = left_for_corners(standing.tolerance, CHORDS, 4);
+        Ok(Begun {
+            path: PointPath::new(shop, rows, near),
+            weight,
+            contour,
         })
     }
 
-    fn next(&mut self, out: &mut dyn Write) -> Progress<N> {
-        let Some(path) = &mut self.path else {
-            return Progress::Over;
-        };
-        match (path.next(out), self.queued) {
-            (Progress::Waits, Some(line)) => {
-                self.queued = None;
-                match self.put(line, out) {
-                    Ok(_) => Progress::Busy,
-                    Err(error) => Progress::Refused(error),
-                }
-            }
-            (progress, _) => progress.on_all(),
+    fn point(numbers: &[f32; MOST], count: usize, begins: bool) -> Result<FacePoint<f32>, Error> {
+        if count != 6 {
+            return Err(Error::BadNumber);
         }
+        Ok(FacePoint {
+            p: vector(numbers, 0),
+            n: vector(numbers, 3),
+            begins,
+        })
     }
 
-    fn owes_answer(&self) -> bool {
-        self.queued.is_some() || self.path.as_ref().is_some_and(|path| path.path.is_trying())
-    }
-
-    fn stop(&mut self) {
-        self.path = None;
-        self.queued = None;
-    }
-
-    fn pair(&self, scale: &Scale<N>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
-        let eight = scale.first().ok_or(Error::Unavailable)?;
-        self.pair_in(&eight, out)
+    fn pair(&self, scale: &Scale<8>, out: &mut dyn Write) -> Result<Pair<4, 4, f32>, Error> {
+        self.pair_in(scale, out)
     }
 }
 

@@ -286,14 +286,10 @@ fn a_stretch_of_every_mirror_job_makes_the_pulses_of_the_host_on_the_octopus() {
         }
         let mut emulator = boot_for_motion(firmware.clone(), OCTOPUS);
 
-        let stretches = [&legs[0][..], within(&legs[1], 0.5)];
+        let stretches = [&legs[0][..], within(&legs[1], 1.0)];
         let edges = assert_equal_stretches(name, &mut emulator, &settings, &stretches);
 
-        eprintln!(
-            "{name}: {edges} edges, {} targets, {} s",
-            stretches[1].len(),
-            stretches[1].iter().map(|t| t.duration).sum::<f32>()
-        );
+        assert!(stretches[1].len() > 1, "a corner is part of it");
         assert!(edges > 20_000, "{edges} edges are not much of a test");
     }
 }

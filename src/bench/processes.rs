@@ -2,8 +2,8 @@
 //!
 //! Each machine is fed as the controller feeds it: the next line comes as soon as the one before is answered, so it waits
 //! until the blocks of that one are gone. Each process runs as it usually does, then over stretches that need many parts,
-//! and last with a tolerance below all rounding, where a stretch is halved to its finest part in one call and refused:
-//! no call takes longer.
+//! and last with a tolerance below all rounding, where one call halves a stretch down to its finest part before it refuses
+//! the point: more than that there is not to do in a call.
 
 use core::fmt::{self, Write};
 use core::hint::black_box;

@@ -2,18 +2,18 @@
 
 mod common;
 
+use common::emulator::{
+    ALLOW, JOB, ask, assert_equal_stretches, boot_for_motion, say_not_run, within,
+};
 use common::pulses_of_lines;
 use hexstep::settings::Settings;
-use hexstep_host::emulator::{Emulator, OCTOPUS, Options, Pulses, octopus_from_environment};
+use hexstep_host::emulator::{OCTOPUS, Pulses, octopus_from_environment};
+use hexstep_host::job::{Job, Task};
 use hexstep_host::machine::{self, Machine};
+use hexstep_host::pair::{PairPlan, What};
+use hexstep_host::process::Made;
+use hexstep_host::run;
 use hexstep_host::trace::TICK_HZ;
-use std::io::Write;
-use std::time::Duration;
-
-/// The emulator has no crystal, so the firmware must be told that it may move all the same.
-const ALLOW: &str = "$1012=1";
-/// For a job of some seconds of machine time on a busy computer.
-const JOB: Duration = Duration::from_secs(900);
 
 /// Lines of counts: all motors, each alone at another rate, both presets.
 const COUNTS: [&str; 4] = [
@@ -213,17 +213,9 @@ fn a_drill_is_ground_by_the_first_six_while_the_others_stand_still() {
 #[test]
 fn the_octopus_makes_the_pulses_of_the_host_tick_for_tick_on_eight_motors() {
     let Some(firmware) = octopus_from_environment() else {
-        let _ = writeln!(
-            std::io::stderr(),
-            "not run in the emulator: HEXSTEP_FIRMWARE_OCTOPUS names no firmware; `cargo xtask test` builds it and runs this test"
-        );
-        return;
+        return say_not_run("HEXSTEP_FIRMWARE_OCTOPUS");
     };
-    let mut options = Options::new(firmware);
-    options.pins = OCTOPUS;
-    let mut emulator = Emulator::boot(&options).unwrap();
-    emulator.expect_banner().unwrap();
-    emulator.ask(ALLOW, JOB).unwrap();
+    let mut emulator = boot_for_motion(firmware, OCTOPUS);
     let jobs: Vec<Vec<String>> = COUNTS
         .iter()
         .map(|line| vec![line.to_string()])
@@ -237,8 +229,7 @@ fn the_octopus_makes_the_pulses_of_the_host_tick_for_tick_on_eight_motors() {
             let wanted = run(machine, job);
             emulator.take_recording();
             for line in job {
-                let answer = emulator.ask(line, JOB).unwrap();
-                assert_eq!(answer.last().map(String::as_str), Some("ok"), "{line}");
+                assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
             }
             emulator.expect_idle(JOB).unwrap();
             let recording = emulator.take_recording();
@@ -255,4 +246,50 @@ fn the_octopus_makes_the_pulses_of_the_host_tick_for_tick_on_eight_motors() {
         assert!(changes > 20_000, "{changes} edges are not much of a test");
         assert_eq!(machine.starved(), 0);
     });
+}
+
+/// Both sides go in and begin their first row; counted from where that begins, for all the way to it would take the emulator
+/// minutes.
+#[test]
+fn a_stretch_of_every_mirror_job_makes_the_pulses_of_the_host_on_the_octopus() {
+    let Some(firmware) = octopus_from_environment() else {
+        return say_not_run("HEXSTEP_FIRMWARE_OCTOPUS");
+    };
+    for name in ["mirror-panel", "mirror-skin", "mirror-bias"] {
+        let file = format!("{}/jobs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let job = Job::load(file.as_ref()).unwrap();
+        let (Task::Mirror(mirror), Some(Made::Mirror(walls))) =
+            (&job.task, Made::of(&job).unwrap())
+        else {
+            panic!("{name} mills no panel");
+        };
+        let (pair, simulation) = (mirror.pair.as_ref().unwrap(), &mirror.simulations[0]);
+        let plan = PairPlan::of(&job, pair, &run::milling(simulation, &walls)).unwrap();
+        let mut settings = run::pair::settings(&job, pair, simulation, &plan).unwrap();
+        let [engage, row, ..] = &plan.legs[..] else {
+            panic!("{name} has no row");
+        };
+        assert_eq!([engage.what, row.what], [What::Engage, What::Row(0)]);
+        let start = run::pair::target(&job, pair, &plan.start, 0.0).unwrap();
+        let legs = [engage, row].map(|leg| {
+            let mut targets = run::pair::targets(&job, pair, leg).unwrap();
+            for target in &mut targets {
+                target.steps = std::array::from_fn(|i| target.steps[i] - start.steps[i]);
+            }
+            targets
+        });
+        for (motor, at) in (0u16..).zip(plan.start) {
+            for end in [1040 + motor, 1050 + motor] {
+                let left = settings.get(end).unwrap() - at as f32;
+                settings.set(end, left, TICK_HZ as u32).unwrap();
+            }
+        }
+        let mut emulator = boot_for_motion(firmware.clone(), OCTOPUS);
+
+        let stretches = [&legs[0][..], within(&legs[1], 1.0)];
+        let edges = assert_equal_stretches(name, &mut emulator, &settings, &stretches);
+
+        assert!(stretches[1].len() > 1, "a corner is part of it");
+        assert!(edges > 20_000, "{edges} edges are not much of a test");
+    }
 }

@@ -6,11 +6,10 @@
 
 mod common;
 
-use common::{Random, pulses_of_lines};
-use hexstep::path::Target;
-use hexstep::settings::Settings;
+use common::Random;
+use common::emulator::{ALLOW, JOB, ask, assert_equal_stretches, on_both, say_not_run, within};
 use hexstep_host::emulator::{
-    Elf, Emulator, Options, Pulses, Recording, Register, firmware_from_environment,
+    Elf, Emulator, Options, Pulses, Recording, Register, SKR_PRO, firmware_from_environment,
     image_from_environment,
 };
 use hexstep_host::job::{Job, Task};
@@ -18,7 +17,6 @@ use hexstep_host::machine;
 use hexstep_host::poses::Plan;
 use hexstep_host::process::Made;
 use hexstep_host::run;
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -49,11 +47,7 @@ const SHORT: &str = "$DRILL=D9.9,W1.63,P118,C50,R10,F30,S0.03,A0.02,B0.01,N1,K0,
 /// Where it leaves the motors of the coarse machine: retracted by 3 mm at mu = -2 deg, flank 1 in front; a fifth of
 /// 2543, 3049, 157, 100, -1997, 3463.
 const AFTER_SHORT: [i64; 8] = [509, 610, 31, 20, -399, 693, 0, 0];
-/// The emulator has no crystal, so the firmware must be told that it may move all the same.
-const ALLOW: &str = "$1012=1";
 const SOON: Duration = Duration::from_secs(30);
-/// For a job of some seconds of machine time on a busy computer.
-const JOB: Duration = Duration::from_secs(900);
 
 fn firmware() -> Option<PathBuf> {
     let firmware = firmware_from_environment();
@@ -63,35 +57,13 @@ fn firmware() -> Option<PathBuf> {
     firmware
 }
 
-/// Straight to standard error: what a passing test prints is not shown otherwise.
-fn say_not_run(variable: &str) {
-    let _ = writeln!(
-        std::io::stderr(),
-        "not run in the emulator: {variable} names no firmware; `cargo xtask test` builds it and runs this test"
-    );
-}
-
-#[track_caller]
 fn boot(firmware: PathBuf) -> Emulator {
-    let mut emulator = Emulator::boot(&Options::new(firmware)).unwrap();
-    emulator.expect_banner().unwrap();
-    emulator
+    common::emulator::boot(firmware, SKR_PRO)
 }
 
 /// Boots a firmware that may move.
-#[track_caller]
 fn boot_for_motion(firmware: PathBuf) -> Emulator {
-    let mut emulator = boot(firmware);
-    assert_eq!(ask(&mut emulator, ALLOW), ["ok"]);
-    emulator
-}
-
-/// The answer to a line, without what was said of itself before.
-#[track_caller]
-fn ask(emulator: &mut Emulator, line: &str) -> Vec<String> {
-    let mut lines = emulator.ask(line, JOB).unwrap();
-    lines.retain(|line| !line.starts_with('<') && !line.starts_with("[MSG:Clock fault: "));
-    lines
+    common::emulator::boot_for_motion(firmware, SKR_PRO)
 }
 
 /// Runs each line to rest in the emulator and in memory and holds the pulses of every line against each other; the
@@ -585,44 +557,6 @@ fn program(seed: u64) -> Vec<String> {
     lines
 }
 
-/// Every line to both machines; the pulses of both.
-fn on_both(
-    machine: &mut machine::Machine<'_>,
-    emulator: &mut Emulator,
-    lines: &[String],
-) -> (Pulses, Pulses) {
-    machine.take_trace();
-    emulator.take_recording();
-    let wanted = pulses_of_lines(machine, lines);
-    for line in lines {
-        assert_eq!(ask(emulator, line), ["ok"], "{line}");
-    }
-    emulator.expect_idle(JOB).unwrap();
-    (wanted, emulator.take_recording().pulses())
-}
-
-/// Lines that give a machine all of these settings, whatever it had before.
-fn setting_lines(settings: &Settings) -> Vec<String> {
-    let rate = |number: u16| (110..116).contains(&number);
-    let line = |(number, value): (u16, f32)| format!("${number}={value}");
-    // What is to be fast later would be too fast with the steps of before; travels are wide in between.
-    let mut set: Vec<String> = (110..116).map(|number| format!("${number}=1")).collect();
-    set.extend((1040..1046).map(|number| format!("${number}=-1000000")));
-    set.extend((1050..1056).map(|number| format!("${number}=1000000")));
-    let others = settings.all().filter(|(n, _)| !rate(*n) && *n != 1012);
-    set.extend(others.map(line));
-    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
-    set
-}
-
-fn move_lines(targets: &[Target<6>]) -> Vec<String> {
-    let line = |target: &Target<6>| {
-        let words = target.steps.map(|n| n.to_string()).join(",");
-        format!("$MOVE={words},{}", target.duration)
-    };
-    targets.iter().map(line).collect()
-}
-
 #[test]
 fn a_stretch_of_every_job_with_poses_makes_the_pulses_of_the_host_tick_for_tick() {
     let Some(firmware) = firmware() else { return };
@@ -642,41 +576,14 @@ fn a_stretch_of_every_job_with_poses_makes_the_pulses_of_the_host_tick_for_tick(
             _ => made.as_ref().and_then(Made::poses).unwrap(),
         };
         let plan = Plan::of(&job, poses).unwrap();
-        let set = setting_lines(&run::settings(&job, Some((poses, &plan))).unwrap());
+        let settings = run::settings(&job, Some((poses, &plan))).unwrap();
         let targets = run::targets(&job, poses, &plan).unwrap();
         // The approach, and what half a second of the path holds.
-        let mut left = 0.5;
-        let count = 1 + targets[1..]
-            .iter()
-            .take_while(|target| {
-                let fits = left > 0.0;
-                left -= target.duration;
-                fits
-            })
-            .count();
-        let (approach, path) = targets[..count].split_at(1);
+        let (approach, path) = targets.split_at(1);
+        let stretches = [approach, within(path, 0.5)];
         let mut emulator = boot_for_motion(firmware.clone());
 
-        machine::with(|machine| {
-            machine.ask(ALLOW);
-            for line in &set {
-                assert!(machine.ask(line).ends_with("ok\r\n"), "{name}: {line}");
-                assert_eq!(ask(&mut emulator, line), ["ok"], "{name}: {line}");
-            }
-            for stretch in [approach, path] {
-                let mut lines = move_lines(stretch);
-                lines.push("$MOVE=END".into());
-                let (wanted, pulses) = on_both(machine, &mut emulator, &lines);
-                assert_eq!(wanted.first_difference(&pulses), None, "{name}");
-            }
-            assert_eq!(machine.starved(), 0);
-            assert_eq!(
-                machine.controller.counts(),
-                targets[count - 1].steps,
-                "{name}"
-            );
-        });
-        assert_eq!(ask(&mut emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
+        assert_equal_stretches(name, &mut emulator, &settings, &stretches);
     }
 }
 
@@ -724,27 +631,11 @@ fn the_first_ten_points_of_the_frustum_make_the_pulses_of_the_host_tick_for_tick
         panic!("a job with poses")
     };
     let plan = Plan::of(&job, poses).unwrap();
-    let set = setting_lines(&run::settings(&job, Some((poses, &plan))).unwrap());
-    let moves = move_lines(&run::targets(&job, poses, &plan).unwrap());
-    let end = vec!["$MOVE=END".to_string()];
+    let settings = run::settings(&job, Some((poses, &plan))).unwrap();
+    let targets = run::targets(&job, poses, &plan).unwrap();
+    let (approach, path) = targets.split_at(1);
 
-    machine::with(|machine| {
-        machine.ask(ALLOW);
-        for line in &set {
-            assert!(machine.ask(line).ends_with("ok\r\n"), "{line}");
-            assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
-        }
-        let (approach, path) = moves.split_at(1);
-        for lines in [approach, path] {
-            let lines = [lines, &end].concat();
-            let (wanted, pulses) = on_both(machine, &mut emulator, &lines);
-            assert_eq!(wanted.first_difference(&pulses), None);
-        }
-        assert_eq!(machine.starved(), 0);
-        let end = run::targets(&job, poses, &plan).unwrap();
-        assert_eq!(machine.controller.counts(), end.last().unwrap().steps);
-    });
-    assert_eq!(ask(&mut emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
+    assert_equal_stretches("frustum", &mut emulator, &settings, &[approach, path]);
 }
 
 #[test]

@@ -2,25 +2,20 @@
 
 mod common;
 
+use common::emulator::{ask, boot_for_motion, on_both, say_not_run};
 use common::{arm_lines, pair_lines, trace_of_lines};
 use hexstep::protocol::reading::encode;
 use hexstep_host::emulator::{
-    Emulator, OCTOPUS, Options, PinMap, Pulses, SKR_PRO, arm_from_environment,
-    octopus_from_environment,
+    OCTOPUS, PinMap, SKR_PRO, arm_from_environment, octopus_from_environment,
 };
 use hexstep_host::job::Job;
 use hexstep_host::machine::{self, Machine};
 use hexstep_host::reference::matrix::{angle_deg, distance, translation};
 use hexstep_host::reference::serial::{Forward, Serial, SerialJoint, ToolAt};
 use hexstep_host::trace::{TICK_HZ, Trace};
-use std::io::Write;
 use std::path::PathBuf;
-use std::time::Duration;
 
 const MS: u64 = TICK_HZ / 1000;
-
-/// For a run of some seconds of machine time on a busy computer.
-const JOB: Duration = Duration::from_secs(900);
 
 /// The ER3B of section 9 of the specification, with the tool and the work of `arm_lines`.
 fn arm() -> Forward {
@@ -389,37 +384,19 @@ fn assert_equal_pulses<const N: usize>(
     settings: &[String],
     runs: &[Vec<String>],
 ) {
-    let mut options = Options::new(firmware);
-    options.pins = pins;
-    let mut emulator = Emulator::boot(&options).unwrap();
-    emulator.expect_banner().unwrap();
-    let say = |emulator: &mut Emulator, line: &str| {
-        let answer = emulator.ask(line, JOB).unwrap();
-        assert_eq!(
-            answer.last().map(String::as_str),
-            Some("ok"),
-            "{line}: {answer:?}"
-        );
-    };
+    let mut emulator = boot_for_motion(firmware, pins);
     for line in settings {
-        say(&mut emulator, line);
+        assert_eq!(ask(&mut emulator, line), ["ok"], "{line}");
     }
     for lines in runs {
-        machine.take_trace();
-        let wanted = Pulses::of_trace(&trace_of_lines(machine, lines));
-        emulator.take_recording();
-        for line in lines {
-            say(&mut emulator, line);
-        }
-        emulator.expect_idle(JOB).unwrap();
+        let (wanted, pulses) = on_both(machine, &mut emulator, lines);
 
-        let difference = wanted.first_difference(&emulator.take_recording().pulses());
+        let difference = wanted.first_difference(&pulses);
         assert_eq!(difference, None, "{}", lines[0]);
         assert!(wanted.len() > 3000, "{} edges", wanted.len());
     }
     assert_eq!(machine.starved(), 0);
-    let counters = emulator.ask("$STAT", JOB).unwrap();
-    assert_eq!(counters, ["[MSG:starved 0]", "ok"]);
+    assert_eq!(ask(&mut emulator, "$STAT"), ["[MSG:starved 0]", "ok"]);
 }
 
 #[test]
@@ -497,13 +474,6 @@ fn the_octopus_mills_a_wall_with_the_pulses_of_memory() {
     with_pair(|machine| {
         assert_equal_pulses(machine, firmware, OCTOPUS, &pair_lines(), &[run]);
     });
-}
-
-fn say_not_run(variable: &str) {
-    let _ = writeln!(
-        std::io::stderr(),
-        "not run in the emulator: {variable} names no firmware; `cargo xtask test` builds it and runs this test"
-    );
 }
 
 #[test]

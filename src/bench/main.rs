@@ -14,6 +14,7 @@ mod cycles;
 mod end;
 mod machines;
 mod motion;
+mod processes;
 
 use core::mem::MaybeUninit;
 
@@ -40,6 +41,8 @@ fn main() -> ! {
     cycles::drill_point();
     cycles::precession();
     cycles::surface();
+    processes::arm();
+    processes::pair();
     end::bench_end();
     loop {
         cortex_m::asm::wfi();

@@ -15,6 +15,7 @@ pub use settings::settings;
 
 use crate::job::{CountsJob, DrillJob, Job, JobError, MirrorJob, Task};
 use crate::machine::{self, Machine};
+use crate::mirror::Simulation;
 use crate::pair::{Milling, PairPlan};
 use crate::poses::Plan;
 use crate::process::{Made, MirrorMade};
@@ -117,6 +118,16 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
     })
 }
 
+/// How a simulated panel is milled by pulses: what its bias was found to be is corrected.
+pub fn milling(simulation: &Simulation, walls: &MirrorMade) -> Milling {
+    let correction = walls.bias.as_ref().map_or(0.0, |bias| bias.correction);
+    Milling {
+        wall: simulation.d + correction,
+        feed: simulation.feed,
+        amount: simulation.amount,
+    }
+}
+
 /// Mills a panel, with the correction of the wall where one was learnt.
 fn run_pair(
     job: &Job,
@@ -129,13 +140,7 @@ fn run_pair(
         progress(1, 1);
         return Ok(None);
     };
-    let correction = walls.bias.as_ref().map_or(0.0, |bias| bias.correction);
-    let milling = Milling {
-        wall: simulation.d + correction,
-        feed: simulation.feed,
-        amount: simulation.amount,
-    };
-    let plan = PairPlan::of(job, pair, &milling)?;
+    let plan = PairPlan::of(job, pair, &milling(simulation, walls))?;
     pair::run(job, pair, simulation, plan, progress).map(Some)
 }
 

@@ -117,7 +117,11 @@ pub fn run(
     })
 }
 
-fn settings(
+/// The settings of a pair's machine.
+///
+/// # Errors
+/// `OutOfRange` at the key whose value the machine does not take.
+pub fn settings(
     job: &Job,
     pair: &PairJob,
     simulation: &Simulation,
@@ -140,7 +144,11 @@ fn settings(
     apply(job, values)
 }
 
-fn target(
+/// A place of all joints [mm, deg] in whole steps, to be reached in `duration` [s] at least.
+///
+/// # Errors
+/// `OutOfTravel` where a joint leaves the range of a step counter.
+pub fn target(
     job: &Job,
     pair: &PairJob,
     joints: &[f64; 8],
@@ -161,7 +169,11 @@ fn target(
     })
 }
 
-fn targets(job: &Job, pair: &PairJob, leg: &Leg) -> Result<Vec<Target<8>>, JobError> {
+/// All targets of a leg.
+///
+/// # Errors
+/// As [`target`].
+pub fn targets(job: &Job, pair: &PairJob, leg: &Leg) -> Result<Vec<Target<8>>, JobError> {
     let blocks = leg.blocks.iter();
     blocks
         .map(|block: &PairBlock| target(job, pair, &block.joints, block.duration))

@@ -1,5 +1,8 @@
-//! What several test files share: a seeded generator, and matrices that share no code with the library.
+//! What several test files share: lines said to machines, a seeded generator, and matrices that share no code with the
+//! library.
 #![allow(dead_code)]
+
+pub mod emulator;
 
 use hexstep::geometry::{Pose, Rotation, Vector};
 use hexstep_host::emulator::Pulses;

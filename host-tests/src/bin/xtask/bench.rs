@@ -38,6 +38,8 @@ pub fn task(board: Board, only_functions: bool) -> Outcome<()> {
     }
     let firmware = build::firmware(board, FIRMWARE, false)?;
     step_interrupt(&firmware, &counter, &mut measured)?;
+    let arm = build::firmware(Board::SkrProArm, FIRMWARE, false)?;
+    sizes(&arm, &mut measured, "arm_flash_bytes", "arm_ram_bytes")?;
     let octopus = build::firmware(Board::Octopus, FIRMWARE, false)?;
     eight_motors(&octopus, &counter, &mut measured)?;
     functions(&bench, counter, &mut measured)?;
@@ -232,11 +234,32 @@ const FUNCTIONS: [(&str, &str); 13] = [
     ("hertz_instructions", "bench_hertz"),
 ];
 
+/// Figures that are the mean and the worst instructions of one function in the bench program: work on a process.
+const BLOCKS: [(&str, &str, &str); 3] = [
+    (
+        "precession_block_instructions",
+        "precession_block_worst_instructions",
+        "bench_precession_block",
+    ),
+    (
+        "grinding_block_instructions",
+        "grinding_block_worst_instructions",
+        "bench_grinding_block",
+    ),
+    (
+        "mirror_block_instructions",
+        "mirror_block_worst_instructions",
+        "bench_mirror_block",
+    ),
+];
+
 /// Instructions of functions in the bench program.
 fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outcome<()> {
     println!("functions of the foreground ...");
     let numbers = FUNCTIONS.map(|(key, function)| (key, counter.watch(function)));
     let (push, next) = (counter.watch("bench_planner_push"), numbers[1].1);
+    let blocks = BLOCKS.map(|(mean, worst, function)| (mean, worst, counter.watch(function)));
+    let points = ["bench_arm_point", "bench_pair_point"].map(|function| counter.watch(function));
     let end = counter.watch("bench_end");
     let mut options = Options::new(elf);
     options.counter = Some(counter);
@@ -248,12 +271,18 @@ fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outco
         .map_err(|error| error.to_string())?;
     let recording = emulator.take_recording();
     for (key, number) in numbers {
-        let tally = recording.tally(number);
-        if tally.calls < ROUNDS {
-            return Err(format!("{key}: only {} calls", tally.calls));
-        }
+        let tally = enough(recording.tally(number), key)?;
         measured.set(key, tally.mean_instructions())?;
     }
+    for (mean, worst, number) in blocks {
+        let tally = enough(recording.tally(number), mean)?;
+        measured.set(mean, tally.mean_instructions())?;
+        measured.set(worst, tally.worst.instructions.into())?;
+    }
+    let cycles = blocks.map(|(.., number)| recording.tally(number).worst.cycles);
+    let points = points.map(|number| recording.tally(number).worst.instructions);
+    measured.set("process_block_worst_cycles_model", largest(&cycles))?;
+    measured.set("point_line_worst_instructions", largest(&points))?;
     // What a block costs from its push to its last sample.
     let (push, next) = (recording.tally(push), recording.tally(next));
     let blocks = push.calls as f64;
@@ -261,6 +290,20 @@ fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outco
     measured.set("planner_push_instructions", push.mean_instructions())?;
     measured.set("planner_instructions_per_block", planner / blocks)?;
     measured.set("planner_samples_per_block", next.calls as f64 / blocks)
+}
+
+/// A mean of few calls would say little.
+fn enough(tally: Tally, key: &str) -> Outcome<Tally> {
+    match tally.calls {
+        ROUNDS.. => Ok(tally),
+        calls => Err(format!("{key}: only {calls} calls")),
+    }
+}
+
+/// NaN, which no figure may be, of none.
+fn largest(costs: &[u32]) -> f64 {
+    let most = costs.iter().filter(|cost| **cost > 0).max();
+    most.map_or(f64::NAN, |most| f64::from(*most))
 }
 
 fn sizes(

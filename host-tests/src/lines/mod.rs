@@ -18,6 +18,7 @@ use crate::run::settings::{self, Value, apply, axis_values, driver_values};
 use crate::run::targets;
 use crate::trace::seconds;
 use hexstep::cycles::drill_point::Variant;
+use hexstep::path::Target;
 use hexstep::program::drill::WORDS;
 use hexstep::program::list::Word;
 use hexstep::settings::Settings;
@@ -103,13 +104,19 @@ fn moves(job: &Job, poses: &PosesJob) -> Result<Vec<String>, JobError> {
     let targets = targets(job, poses, &plan)?;
     let (approach, path) = targets.split_at(1.min(targets.len()));
     for stretch in [approach, path] {
-        lines.extend(stretch.iter().map(|target| {
-            let words = target.steps.map(|n| n.to_string()).join(",");
-            format!("$MOVE={words},{}", target.duration)
-        }));
-        lines.push("$MOVE=END".into());
+        lines.extend(move_lines(stretch));
     }
     Ok(lines)
+}
+
+/// A path of joints, from its first target to its end.
+pub fn move_lines<const N: usize>(targets: &[Target<N>]) -> Vec<String> {
+    let line = |target: &Target<N>| {
+        let words = target.steps.map(|n| n.to_string()).join(",");
+        format!("$MOVE={words},{}", target.duration)
+    };
+    let end = std::iter::once("$MOVE=END".into());
+    targets.iter().map(line).chain(end).collect()
 }
 
 /// Lines that give a machine all of these settings, whatever it had before.

@@ -4,6 +4,7 @@ use super::pulses_of_lines;
 use hexstep::path::Target;
 use hexstep::settings::Settings;
 use hexstep_host::emulator::{Emulator, Options, PinMap, Pulses};
+use hexstep_host::lines::{move_lines, setting_lines};
 use hexstep_host::machine::{self, Machine};
 use std::io::Write;
 use std::path::PathBuf;
@@ -81,8 +82,7 @@ pub fn assert_equal_stretches<const N: usize>(
         }
         let mut edges = 0;
         for stretch in stretches {
-            let mut lines = move_lines(stretch);
-            lines.push("$MOVE=END".into());
+            let lines = move_lines(stretch);
             let (wanted, pulses) = on_both(machine, emulator, &lines);
             let difference = wanted.first_difference(&pulses);
             assert_eq!(
@@ -109,27 +109,4 @@ pub fn within<const N: usize>(targets: &[Target<N>], seconds: f32) -> &[Target<N
     });
     let count = begun.count();
     &targets[..count]
-}
-
-/// Lines that give a machine all of these settings, whatever it had before.
-fn setting_lines<const N: usize>(settings: &Settings<N>) -> Vec<String> {
-    let of = |first: u16| first..first + N as u16;
-    let line = |(number, value): (u16, f32)| format!("${number}={value}");
-    // What is to be fast later would be too fast with the steps of before; travels are wide in between.
-    let mut set: Vec<String> = of(110).map(|number| format!("${number}=1")).collect();
-    set.extend(of(1040).map(|number| format!("${number}=-1000000")));
-    set.extend(of(1050).map(|number| format!("${number}=1000000")));
-    let is_rate = |number: &u16| of(110).contains(number);
-    let others = settings.all().filter(|(n, _)| !is_rate(n) && *n != 1012);
-    set.extend(others.map(line));
-    set.extend(settings.all().filter(|(n, _)| is_rate(n)).map(line));
-    set
-}
-
-fn move_lines<const N: usize>(targets: &[Target<N>]) -> Vec<String> {
-    let line = |target: &Target<N>| {
-        let words = target.steps.map(|n| n.to_string()).join(",");
-        format!("$MOVE={words},{}", target.duration)
-    };
-    targets.iter().map(line).collect()
 }

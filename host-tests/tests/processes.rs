@@ -832,6 +832,12 @@ fn what_the_machine_is_not_is_said_and_what_it_is_is_shown() {
             machine.ask("$KIN"),
             "[KIN:ARM6R|A=50,270,70|D=320,299,78.5|TOOL=110|WORK=0,0,0|BRANCH=-1|AXIS=0.05]\r\nok\r\n"
         );
+        machine.ask("$1003=0");
+        let answer = machine.ask("$PRECESS=RUN");
+        assert!(
+            answer.starts_with("[MSG:BadLimit: expected a tolerance"),
+            "{answer}"
+        );
         let answer = machine.ask("$DRILL=RUN");
         assert!(
             answer.contains("[MSG:Drill: expected three motors that slide"),

@@ -32,6 +32,13 @@ pub fn trace_of_lines<const N: usize>(machine: &mut Machine<'_, N>, lines: &[Str
     machine.take_trace()
 }
 
+/// Lines for one motor: steps, acceleration, jerk, rate, travel.
+fn axis_lines(motor: usize, values: [i32; 6]) -> impl Iterator<Item = String> {
+    let numbers = [100, 120, 800, 110, 1040, 1050].into_iter();
+    let lines = numbers.zip(values);
+    lines.map(move |(number, value)| format!("${}={value}", number + motor))
+}
+
 /// Lines that make six motors those of an ER3B with a tool of 160 mm, its work where the delivered jobs have it.
 pub fn arm_lines() -> Vec<String> {
     let mut lines: Vec<String> = [
@@ -54,16 +61,10 @@ pub fn arm_lines() -> Vec<String> {
     ];
     lines.extend((0..6).map(|i| format!("$11{i}=1")));
     for (i, (steps, rate, acceleration, jerk, lower, upper)) in axes.into_iter().enumerate() {
-        for (number, value) in [
-            (100, steps),
-            (120, acceleration),
-            (800, jerk),
-            (110, rate),
-            (1040, lower),
-            (1050, upper),
-        ] {
-            lines.push(format!("${}={value}", number + i));
-        }
+        lines.extend(axis_lines(
+            i,
+            [steps, acceleration, jerk, rate, lower, upper],
+        ));
     }
     lines
 }
@@ -81,16 +82,10 @@ pub fn pair_lines() -> Vec<String> {
     lines.extend((0..8).map(|i| format!("$11{i}=1")));
     for (i, (steps, rate, acceleration, jerk, mill, support)) in axes.into_iter().enumerate() {
         for (motor, [lower, upper]) in [(i, mill), (i + 4, support)] {
-            for (number, value) in [
-                (100, steps),
-                (120, acceleration),
-                (800, jerk),
-                (110, rate),
-                (1040, lower),
-                (1050, upper),
-            ] {
-                lines.push(format!("${}={value}", number + motor));
-            }
+            lines.extend(axis_lines(
+                motor,
+                [steps, acceleration, jerk, rate, lower, upper],
+            ));
         }
     }
     lines

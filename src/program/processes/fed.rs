@@ -173,7 +173,7 @@ where
         let setting = PathSetting::new(all, begun.contour).map_err(|_| {
             say(
                 out,
-                format_args!("BadLimit: expected a tolerance above 0 mm, see $1003"),
+                format_args!("BadLimit: expected a tolerance of at least 0.0001 mm, see $1003"),
             );
             Error::ValueRange
         })?;

@@ -811,6 +811,24 @@ fn a_stop_ends_the_path_on_it_and_the_next_one_begins() {
 }
 
 #[test]
+fn a_soft_reset_ends_a_process_that_waits_for_points_and_keeps_the_position() {
+    with_arm(|machine| {
+        for line in ["$SURF=RUN", "$POINT=0,0,10,0,0,1,1,0,0"] {
+            assert_eq!(machine.ask(line), "ok\r\n");
+        }
+
+        machine.put(&[0x18]);
+        machine.run_to_rest();
+
+        let banner = machine.heard();
+        assert!(banner.contains("Grbl 1.1h"), "{banner}");
+        assert!(!banner.contains("ALARM"), "{banner}");
+        assert_eq!(machine.ask("$POINT=END"), "error:8\r\n");
+        assert_eq!(machine.ask("$KIN.TOOL=150"), "ok\r\n", "it is at rest");
+    });
+}
+
+#[test]
 fn what_the_machine_is_not_is_said_and_what_it_is_is_shown() {
     machine::with(|machine| {
         machine.ask("");

@@ -13,6 +13,7 @@ use hexstep_host::emulator::{
     image_from_environment,
 };
 use hexstep_host::job::{Job, Task};
+use hexstep_host::lines::targets_of;
 use hexstep_host::machine;
 use hexstep_host::poses::Plan;
 use hexstep_host::process::Made;
@@ -590,6 +591,24 @@ fn a_stretch_of_every_job_with_poses_makes_the_pulses_of_the_host_tick_for_tick(
         let mut emulator = boot_for_motion(firmware.clone());
 
         assert_equal_stretches(name, &mut emulator, &settings, &stretches);
+    }
+}
+
+#[test]
+fn a_stretch_of_every_path_of_joints_makes_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    for name in ["stop-to-stop", "circle", "trochoid"] {
+        let file = format!("{}/jobs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let job = Job::load(file.as_ref()).unwrap();
+        let Task::Path(path) = &job.task else {
+            panic!("{name} is a path");
+        };
+        let settings = run::settings(&job, None).unwrap();
+        let targets = targets_of(path);
+        let mut emulator = boot_for_motion(firmware.clone());
+
+        let stretch = within(&targets, 0.3);
+        assert_equal_stretches(name, &mut emulator, &settings, &[stretch]);
     }
 }
 

@@ -30,7 +30,7 @@ fn said(lines: &[String]) -> Trace<6> {
 /// A job whose planning is the host's, or which the machine has of its own: the same counts as when the host runs it.
 #[test]
 fn the_lines_of_a_job_end_where_the_job_ends() {
-    for name in ["drill-point", "counts", "two-sided", "arm-path"] {
+    for name in ["drill-point", "counts", "trochoid", "two-sided", "arm-path"] {
         let job = job(name);
 
         let trace = said(&lines::of(&job).unwrap());
@@ -131,7 +131,8 @@ fn a_pair_mills_the_rows_of_a_job_and_follows_no_sensor_that_is_silent() {
 
 #[test]
 fn what_no_machine_can_be_told_by_lines_is_said() {
-    let refused = lines::of(&job("circle")).unwrap_err();
+    let refused = lines::of(&job("stop-to-stop")).unwrap_err();
     assert_eq!(refused.name, "NotOffered");
-    assert_eq!(refused.key.as_deref(), Some("kind"));
+    assert!(refused.key.unwrap().starts_with("point[0]"));
+    assert!(refused.detail.contains("dwell"));
 }

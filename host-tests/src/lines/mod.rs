@@ -4,6 +4,7 @@
 //! ```text
 //! drill-point  $DRILL=..., RUN                                    image skr-pro
 //! counts       $SEG=...                                           any
+//! path         $CUE=..., $MOVE=... for every target, END            any; without dwells
 //! poses        $MOVE=... for every block, END                     any: the planning is the host's
 //! precession   $PRECESS=..., RUN, $POINT=... for every point      skr-pro-arm
 //! surface      $SURF=..., RUN, $POINT=... for every station       skr-pro-arm
@@ -12,7 +13,7 @@
 
 mod points;
 
-use crate::job::{AxisLimits, DrillJob, Job, JobError, PosesJob, Task};
+use crate::job::{AxisLimits, Block, DrillJob, Job, JobError, PathJob, PosesJob, Task};
 use crate::poses::Plan;
 use crate::run::settings::{self, Value, apply, axis_values, driver_values};
 use crate::run::targets;
@@ -21,6 +22,7 @@ use hexstep::cycles::drill_point::Variant;
 use hexstep::path::Target;
 use hexstep::program::drill::WORDS;
 use hexstep::program::list::Word;
+use hexstep::protocol::cue::Action;
 use hexstep::settings::Settings;
 use hexstep::stepper::Preset;
 
@@ -62,11 +64,7 @@ pub fn of(job: &Job) -> Result<Vec<String>, JobError> {
         Task::Precession(precession) => points::precession(job, precession),
         Task::Surface(surface) => points::surface(job, surface),
         Task::Mirror(mirror) => points::mirror(job, mirror),
-        Task::Path(_) => {
-            let detail =
-                "a path of joints is streamed from the host with its dwells; see run::path";
-            Err(job.refuse("kind", "NotOffered", detail.into()))
-        }
+        Task::Path(path) => joints(job, path),
     }
 }
 
@@ -107,6 +105,38 @@ fn moves(job: &Job, poses: &PosesJob) -> Result<Vec<String>, JobError> {
         lines.extend(move_lines(stretch));
     }
     Ok(lines)
+}
+
+/// A path of joints, with what is to happen on the way.
+fn joints(job: &Job, path: &PathJob) -> Result<Vec<String>, JobError> {
+    if let Some(index) = path.points.iter().position(|point| point.dwell > 0.0) {
+        let detail = "no line makes a path dwell; leave it out, or divide the job there";
+        return Err(path.refuse_point(job, index, "NotOffered", detail.into()));
+    }
+    let mut lines = setting_lines(&settings::settings(job, None)?);
+    let percent = |share: f32| (share * 100.0).round();
+    lines.extend(path.cues.iter().map(|cue| {
+        let action = match cue.action {
+            Action::Hold => "HOLD".into(),
+            Action::Resume => "RESUME".into(),
+            Action::Stop => "STOP".into(),
+            Action::Feed(share) => format!("FEED,{}", percent(share)),
+            Action::Rapid(share) => format!("RAPID,{}", percent(share)),
+            Action::Trim { motor, steps } => format!("TRIM,{motor},{steps}"),
+        };
+        format!("$CUE={},{action}", cue.at)
+    }));
+    lines.extend(move_lines(&targets_of(path)));
+    Ok(lines)
+}
+
+/// Targets of a path of joints, without its dwells.
+pub fn targets_of(path: &PathJob) -> Vec<Target<6>> {
+    let target = |block: &Block| Target {
+        steps: block.steps,
+        duration: block.duration as f32,
+    };
+    path.blocks.iter().map(target).collect()
 }
 
 /// A path of joints, from its first target to its end.

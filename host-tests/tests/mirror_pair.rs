@@ -3,9 +3,11 @@
 use hexstep::geometry::Vector;
 use hexstep::joints::Joints;
 use hexstep::kinematics::ClPoint;
-use hexstep::kinematics::chord::ChainSet;
+use hexstep::kinematics::chord::{ChainSet, Paced};
 use hexstep::kinematics::follow::{Block, Feed, Follower, Guide, Refusal, Refused, Tolerance};
-use hexstep::machines::two_sided::{AtWall, Pair, PairError, PairGuide, SideError, m4, m4_1, m4_2};
+use hexstep::machines::two_sided::{
+    AtWall, Pair, PairError, PairGuide, SideError, m4, m4_1, m4_2, m5,
+};
 use hexstep::math::Real;
 use hexstep_host::reference::matrix::{angle_deg, distance};
 use hexstep_host::reference::serial::{ToolAt, tools_at, two_sided};
@@ -275,4 +277,72 @@ fn in_single_precision_the_pair_takes_the_same_blocks_within_a_micrometre() {
             assert!(distance(a.tip, b.tip) < 1e-3, "{a:?} {b:?}");
         }
     }
+}
+
+/// The dual five-axis pair has ten joints, more than a controller has motors, but a trajectory like any other: on a surface
+/// that leans both ways both tools stay square to it, and the wall stays.
+#[test]
+fn the_dual_five_axis_pair_keeps_its_wall_and_its_tools_square_where_the_surface_leans_both_ways() {
+    let machine = Paced {
+        machine: AtWall {
+            pair: m5().unwrap(),
+            wall: WALL,
+        },
+        speeds: None,
+    };
+    // z = x^2 / 4000 - y^2 / 5000 + x y / 9000, and its gradient.
+    let at = |x: f64, y: f64| {
+        let slope = [x / 2000.0 + y / 9000.0, -y / 2500.0 + x / 9000.0];
+        let p = Vector::new(x, y, x * x / 4000.0 - y * y / 5000.0 + x * y / 9000.0);
+        ClPoint::new(p, Vector::new(-slope[0], -slope[1], 1.0)).unwrap()
+    };
+    let ends: Vec<ClPoint<f64>> = (0..=12)
+        .map(|k| f64::from(k) / 12.0)
+        .map(|u| at(-300.0 + 600.0 * u, 250.0 * (2.0 * u - 1.0)))
+        .collect();
+    let home = ChainSet {
+        q: Joints::<10, f64>::default(),
+        at: ends[0],
+        singular: false,
+    };
+    let set = machine.solve(&ends[0], &home).unwrap();
+    let mut joints = vec![machine.joints(&set)];
+    let mut follower = Follower::new(&machine, TIGHT, ends[0], set).unwrap();
+    for end in &ends[1..] {
+        assert!(follower.push(*end, None, Feed::Tip(5.0)).unwrap());
+        joints.extend(std::iter::from_fn(|| follower.next_block()).map(|block| block.joints));
+    }
+
+    let sides = ["m5-mill", "m5-support"].map(|name| two_sided(name).unwrap());
+    let mut worst = [0.0f64; 3];
+    let mut leans = [0.0f64; 2];
+    for pair in joints.windows(2) {
+        for share in [0.0, 0.3, 0.5, 0.8, 1.0] {
+            let q = pair[0].zip_map(&pair[1], |a, b| a + (b - a) * share).0;
+            let [mill, support] = tools_at([&sides[0], &sides[1]], &q[..5], &q[5..]);
+            let n = mill.axis;
+            let e: [f64; 3] = std::array::from_fn(|i| mill.tip[i] - support.tip[i]);
+            let along: f64 = (0..3).map(|i| e[i] * n[i]).sum();
+            let now = [
+                (along - WALL).abs(),
+                distance(e, n.map(|x| x * along)),
+                angle_deg(n, support.axis.map(|x| -x)).to_radians(),
+            ];
+            for (worst, now) in worst.iter_mut().zip(now) {
+                *worst = worst.max(now);
+            }
+            leans = [leans[0].max(n[0].abs()), leans[1].max(n[1].abs())];
+        }
+    }
+    assert!(joints.len() > 40, "{} places", joints.len());
+    assert!(
+        leans[0] > 0.1 && leans[1] > 0.05,
+        "both angles are used: {leans:?}"
+    );
+    // Each tip and each tool may leave its way by the tolerance.
+    assert!(
+        worst[0] <= 2.0 * TIGHT.tip && worst[1] <= 2.0 * TIGHT.tip,
+        "{worst:?}"
+    );
+    assert!(worst[2] <= 2.0 * TIGHT.axis, "{worst:?}");
 }

@@ -202,6 +202,11 @@ where
         &self.set
     }
 
+    /// End of the last stretch taken in.
+    pub fn end(&self) -> &End<M::Course, R> {
+        &self.target
+    }
+
     /// Whether blocks of a stretch are left.
     pub fn has_stretch(&self) -> bool {
         self.stretch.is_some()

@@ -88,7 +88,6 @@ where
     state: Option<State<T, M, f32>>,
     /// Joints at the last target.
     near: Joints<M>,
-    at: Option<End<T::Course, f32>>,
     marks: Option<I>,
     held: Deque<Target<M>, HELD>,
     /// Behind the last mark the tool is drawn back.
@@ -104,7 +103,6 @@ where
         Self {
             state: self.state,
             near: self.near,
-            at: self.at,
             marks: self.marks.clone(),
             held: self.held.clone(),
             closes: self.closes,
@@ -206,17 +204,16 @@ where
             self.near = joints;
             self.state = Some(State::at(end, set));
         }
-        self.at = Some(end);
         Ok(())
     }
 
     /// Out of the work, if the tool is in it.
     fn leave<P>(&mut self, shop: &Shop<T, M>) -> Result<(), Fault<P, T::Error>> {
-        let (Some(state), Some(at)) = (self.state, self.at) else {
+        let Some(state) = self.state else {
             return Ok(());
         };
         if shop.clear > 0.0 {
-            let back = shop.tool.draw_back(&at, state.set(), shop.clear);
+            let back = shop.tool.draw_back(state.end(), state.set(), shop.clear);
             let back = back.map_err(Fault::Machine)?;
             self.hold(shop.target(&back, shop.clear / shop.plunge)?);
             self.near = back;
@@ -285,7 +282,6 @@ where
             real: Walker {
                 state: None,
                 near,
-                at: None,
                 marks: None,
                 held: Deque::new(),
                 closes: false,
@@ -378,11 +374,6 @@ where
             }
         }
     }
-
-    /// Speed of the tool [mm/s] at which it goes into the work.
-    pub fn plunge(&self) -> f32 {
-        self.shop.plunge
-    }
 }
 
 /// What the planner may leave of a path whose chords use `chords` of the tolerance [mm].
@@ -391,7 +382,7 @@ where
 /// 4 e u (1 - u) + c (1 - u / u0)^2 with u0 up to 1/2, never more than the larger of e and c; only where the planner merges
 /// chords does it stray in the middle of one, by 0.4 of its own tolerance. It measures in the joints, and parts of that may
 /// add up in the tip: one of all joints that slide and one of each that turns, `groups` in all.
-pub fn left_for_corners(tolerance: f32, chords: f32, groups: u8) -> f32 {
-    const MERGED: f32 = 0.4;
-    (1.0 - chords) / MERGED * tolerance / Real::sqrt(f32::from(groups))
+pub fn left_for_corners<R: Real>(tolerance: R, chords: R, groups: u8) -> R {
+    const MERGED: f64 = 0.4;
+    (R::ONE - chords) / R::of(MERGED) * tolerance / R::of_i32(i32::from(groups)).sqrt()
 }

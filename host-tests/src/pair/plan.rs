@@ -10,13 +10,14 @@
 //! The tolerances are shared between chords and corners as for any other poses, see [`crate::poses`].
 
 use crate::job::{Job, JobError, PairJob, PairRow};
-use crate::poses::{CHORDS, MERGED};
+use crate::poses::CHORDS;
 use crate::reference::matrix::{angle_deg, distance};
 use hexstep::joints::Joints;
 use hexstep::kinematics::ClPoint;
 use hexstep::kinematics::chord::ChainSet;
 use hexstep::kinematics::follow::{Feed, Follower, Guide, Refusal, Tolerance};
 use hexstep::machines::two_sided::{AtWall, PairGuide};
+use hexstep::path::points::left_for_corners;
 
 /// A straight move of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,10 +153,9 @@ impl PairPlan {
         }
         let start = start.unwrap_or_default();
         let lever = lever(pair, &start, &legs);
-        let rounding = (1.0 - CHORDS) / MERGED;
         // On each side the joints that slide may add up with the one that turns.
-        let contour = rounding * pair.tip_tolerance / std::f64::consts::SQRT_2;
-        let least = contour / (rounding * pair.axis_tolerance.to_radians());
+        let contour = left_for_corners(pair.tip_tolerance, CHORDS, 2);
+        let least = contour / left_for_corners(pair.axis_tolerance.to_radians(), CHORDS, 1);
         Ok(Self {
             start,
             legs,

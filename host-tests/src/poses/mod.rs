@@ -10,5 +10,4 @@ mod measure;
 mod plan;
 
 pub use measure::{Measured, Sample};
-pub(crate) use plan::MERGED;
 pub use plan::{CHORDS, Plan, PlannedBlock};

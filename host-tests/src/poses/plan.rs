@@ -1,11 +1,7 @@
 //! Poses of a job -> joint blocks, all of them or an error that says at which pose and why.
 //!
-//! The tolerances are shared: chords of joints may stray by [`CHORDS`] of them. The planner, which rounds the corners
-//! between the chords, takes off most where a chord strays least: along a chord, u = 0 .. 1, the sum is
-//! 4 e u (1 - u) + c (1 - u / u0)^2 with u0 up to 1/2, never more than the larger of e and c. Only where it merges chords
-//! does it stray in the middle of one, by [`MERGED`] of its tolerance: that much has to fit into what the chords leave.
-//! The planner measures the contour in the joints, each weighed with the way that
-//! it carries the tip; parts of it may add up in the tip, one of all joints that slide and one of each that turns.
+//! The tolerances are shared: chords of joints may stray by [`CHORDS`] of them, and the planner, which rounds the corners
+//! between the chords, has what [`left_for_corners`] leaves.
 
 use crate::job::{Job, JobError, Model, Pace, PoseMachine, PoseRow, PosesJob};
 use crate::reference::matrix::distance;
@@ -19,12 +15,10 @@ use hexstep::kinematics::{ClPoint, PoseWay, Way, inverse};
 use hexstep::machines::arm::{self, Arm, ArmSet, OneBranch};
 use hexstep::machines::five_axis::{self, Axis, FiveAxis, Layer, PathChoice, Solution, Turned};
 use hexstep::machines::two_sided::SideError;
+use hexstep::path::points::left_for_corners;
 
 /// Share of both tolerances that the chords of the joints may use.
 pub const CHORDS: f64 = 0.85;
-
-/// Share of its tolerance that the planner uses up where it merges chords (see `hexstep::planner`).
-pub(crate) const MERGED: f64 = 0.4;
 
 /// A straight move of the joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,11 +93,9 @@ impl Plan {
         };
         let levers = levers(machine, &start, &blocks);
         let turning = machine.joints.iter().filter(|joint| joint.turns).count();
-        let groups = turning as f64 + 1.0;
-        let rounding = (1.0 - CHORDS) / MERGED;
-        let contour = rounding * poses.tip_tolerance / groups.sqrt();
+        let contour = left_for_corners(poses.tip_tolerance, CHORDS, turning as u8 + 1);
         // Where the tip lies on an axis it does not feel the turn, but the tool does.
-        let least = contour / (rounding * poses.axis_tolerance);
+        let least = contour / left_for_corners(poses.axis_tolerance, CHORDS, 1);
         let levers = std::array::from_fn(|i| match machine.joints.get(i) {
             Some(joint) if joint.turns => levers[i].max(least),
             _ => 1.0,

@@ -76,7 +76,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::ValueRange);
         };
         self.begin(DRILL_TOLERANCE);
-        let end = self.planner.end();
+        let end = self.planner.end_steps();
         let near = scale.joints(&core::array::from_fn(|i| end.get(i).copied().unwrap_or(0)));
         let path = DrillPath::new(cycle, machine, scale, near);
         self.job = Job::Check {
@@ -157,7 +157,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     /// [`RealTime::TOUCH`](crate::protocol::RealTime::TOUCH).
     pub fn probe(&mut self, target: &Target<N>) -> Result<(), Error> {
         self.may_move()?;
-        if self.scale().beyond(&target.steps).is_some() || target.steps == self.planner.end() {
+        if self.scale().beyond(&target.steps).is_some() || target.steps == self.planner.end_steps() {
             return Err(Error::InvalidTarget);
         }
         self.probed = None;
@@ -219,7 +219,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     }
 
     pub(super) fn push_target(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
-        match self.planner.push(target.steps, target.duration) {
+        match self.planner.push(target.steps.map(I32F32::from_num), target.duration) {
             Ok(()) => Ok(true),
             Err(PushError::Full) => Ok(false),
             Err(PushError::Stopping | PushError::Lost) => Err(StreamError::NotStarted),
@@ -453,7 +453,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
 
     /// A target of the first six motors; the others stay where they are.
     fn on_all_motors(&self, target: &Target<AXES>) -> Target<N> {
-        let end = self.planner.end();
+        let end = self.planner.end_steps();
         Target {
             steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(end[i])),
             duration: target.duration,

@@ -42,7 +42,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         self.may_move()?;
         let standing = Standing {
             scale: self.scale(),
-            at: self.planner.end(),
+            at: self.planner.end_steps(),
             speeds: self.settings.speeds(),
             tolerance: self.settings.tolerance(),
         };

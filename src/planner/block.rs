@@ -90,8 +90,8 @@ impl Span {
 /// A block in the ring. The vertex at its start belongs to it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
-    /// Position at the end [steps].
-    pub end: [i32; N],
+    /// Position at the end [2^-32 step].
+    pub end: [i64; N],
     /// Direction [steps per unit length].
     pub u: [f32; N],
     /// Length, and the same in units of 2^-32.

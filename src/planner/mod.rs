@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  push(target, least time)                                    steps, s
-//!     |  merge       chords that one line replaces within 0.4 of the tolerance become one block
+//!     |  resample    chords that one line replaces within 0.42 of the tolerance become one block, of even length
 //!     |  block       direction and length of the block; what every joint allows along it
 //!     |  junction    the vertex before it: rounded through whole blocks, in a narrow zone, or a stop
 //!     v  look_ahead  backward: highest speed at which each span may be entered
@@ -36,9 +36,9 @@ mod block;
 mod junction;
 mod limits;
 mod look_ahead;
-mod merge;
 mod profile;
 mod ramp;
+mod resample;
 mod ring;
 mod run;
 mod trace;
@@ -56,21 +56,15 @@ use block::Block;
 use fixed::types::I32F32;
 use limits::Scaled;
 use look_ahead::Factors;
-use merge::Cone;
 use profile::TICK;
+use resample::{Cone, End, Spacing};
 use ring::Ring;
 use run::{Passed, Plan, Runner, Wish};
 use trace::Trace;
 use trim::Trim;
 
-/// Share of the tolerance for the merging of chords; rounding has the rest, and all of it where nothing is merged.
-const MERGE_SHARE: f32 = 0.4;
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
-/// Merged chords grow by this factor from one to the next while the tolerance lets them.
-const GROWTH: f32 = 1.1;
-/// What they keep of the length at which the tolerance cut one.
-const ROOM: f32 = 0.95;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
 const SLOWEST: f32 = 1.0e-9;
 
@@ -127,6 +121,19 @@ pub struct Counters {
     pub eased: u32,
 }
 
+/// How a move joins the newest block.
+enum Join<const N: usize> {
+    /// One line takes the place of both.
+    Whole { cone: Cone<N>, line: Block<N> },
+    /// The line takes the move up to `at`; the rest begins the next one.
+    Part {
+        line: Block<N>,
+        rest: Block<N>,
+        at: [i64; N],
+    },
+    Apart,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Running,
@@ -157,13 +164,12 @@ pub struct Planner<const N: usize> {
     changed: Option<usize>,
     /// The plan has changed since the motion was last decided.
     stale: bool,
-    /// Where the path ends [steps].
-    tail: [i32; N],
-    /// Start of the newest block, and what its chords allow.
-    anchor: [i32; N],
+    /// Where the path ends [2^-32 step].
+    tail: [i64; N],
+    /// Start of the newest block [2^-32 step], and what its chords allow.
+    anchor: [i64; N],
     cone: Option<Cone<N>>,
-    /// Length up to which chords of a curve are merged.
-    chord: f32,
+    spacing: Spacing,
     /// Standstill before the next block [ms].
     dwell: u32,
     trim: Trim<N>,
@@ -193,10 +199,10 @@ impl<const N: usize> Planner<N> {
             safe: None,
             changed: None,
             stale: false,
-            tail: start,
-            anchor: start,
+            tail: bits(&start),
+            anchor: bits(&start),
             cone: None,
-            chord: f32::INFINITY,
+            spacing: Spacing::NONE,
             dwell: 0,
             trim: Trim::new(),
             trim_share: 0.0,
@@ -221,9 +227,10 @@ impl<const N: usize> Planner<N> {
 
     /// A straight move to `target` [steps], in no less than `duration` [s]; 0: as fast as the joints allow.
     ///
-    /// Chords of a smooth path are merged and rounded within the tolerance. A move to where the path ends already is
-    /// taken and has no effect.
-    pub fn push(&mut self, target: [i32; N], duration: f32) -> Result<(), PushError> {
+    /// Chords of a smooth path are replaced by longer ones and rounded within the tolerance. A move to where the path ends
+    /// already is taken and has no effect. Targets may lie between steps; a path that ends there comes to rest on the
+    /// nearest whole steps.
+    pub fn push(&mut self, target: [I32F32; N], duration: f32) -> Result<(), PushError> {
         match self.state {
             State::Lost => return Err(PushError::Lost),
             State::Stopping => return Err(PushError::Stopping),
@@ -232,29 +239,33 @@ impl<const N: usize> Planner<N> {
         if !(duration >= 0.0 && duration.is_finite()) {
             return Err(PushError::Duration);
         }
+        let target = target.map(I32F32::to_bits);
         if target == self.tail {
             return Ok(());
         }
-        let start = self.tail.map(|p| i64::from(p) << 32);
-        let mut block = self.block(&start, target, duration)?;
+        let chord = self.block(&self.tail, &target, duration)?;
         // Before anything changes: what the motion under way was planned for.
         let safe = match self.safe {
             Some(safe) => safe,
             None => self.runner.safe_vertex(&self.plan()),
         };
         self.safe = Some(safe);
-        if self.merge(&block, target, safe) {
-            self.counters.merged = self.counters.merged.wrapping_add(1);
-        } else {
-            if self.ring.is_full() {
-                return Err(PushError::Full);
+        match self.join(&chord, &target, safe) {
+            Join::Whole { cone, line } => {
+                self.cone = Some(cone);
+                self.replace(line);
+                self.counters.merged = self.counters.merged.wrapping_add(1);
             }
-            block.dwell = self.dwell;
-            block.stop = self.dwell > 0 || self.ring.len() == 0;
-            self.dwell = 0;
-            self.cone = None;
-            self.anchor = self.tail;
-            self.append(block, safe);
+            _ if self.ring.is_full() => return Err(PushError::Full),
+            Join::Part { line, rest, at } => {
+                self.replace(line);
+                self.anchor = at;
+                self.begin(rest, safe);
+            }
+            Join::Apart => {
+                self.anchor = self.tail;
+                self.begin(chord, safe);
+            }
         }
         self.tail = target;
         self.counters.blocks = self.counters.blocks.wrapping_add(1);
@@ -342,8 +353,13 @@ impl<const N: usize> Planner<N> {
     }
 
     /// Where the path ends [steps], trim not included.
-    pub fn end(&self) -> [i32; N] {
-        self.tail
+    pub fn end(&self) -> [I32F32; N] {
+        self.tail.map(I32F32::from_bits)
+    }
+
+    /// The whole steps nearest to where the path ends.
+    pub fn end_steps(&self) -> [i32; N] {
+        nearest_steps(&self.tail).map(|p| (p >> 32) as i32)
     }
 
     /// No block waits.
@@ -423,7 +439,7 @@ impl<const N: usize> Planner<N> {
         self.trim = Trim::new();
         self.allow_trim(self.trim_share, self.trim_bound);
         self.trace = Trace::whole(position);
-        self.tail = position;
+        self.tail = bits(&position);
         self.position = position.map(I32F32::from_num);
         self.state = State::Running;
     }
@@ -520,13 +536,13 @@ impl<const N: usize> Planner<N> {
     fn block(
         &self,
         start: &[i64; N],
-        target: [i32; N],
+        target: &[i64; N],
         duration: f32,
     ) -> Result<Block<N>, PushError> {
         let mut way = [0.0f32; N];
         let mut sum = 0.0f32;
         for i in 0..N {
-            let bits = (i64::from(target[i]) << 32)
+            let bits = target[i]
                 .checked_sub(start[i])
                 .ok_or(PushError::TooLong)?;
             if bits.unsigned_abs() >> 32 > i32::MAX as u64 {
@@ -545,7 +561,7 @@ impl<const N: usize> Planner<N> {
         let milliseconds = duration * 1000.0;
         let rapid = milliseconds <= 0.0;
         Ok(Block {
-            end: target,
+            end: *target,
             u: way.map(|w| w * inverse),
             length,
             bits: profile::length_bits(length).max(1),
@@ -562,20 +578,19 @@ impl<const N: usize> Planner<N> {
         })
     }
 
-    /// Whether the newest block takes in the move to `target`; before vertex `safe` the motion can stop.
-    fn merge(&mut self, chord: &Block<N>, target: [i32; N], safe: usize) -> bool {
+    /// What becomes of the newest block and the move `chord` to `target` behind it; before vertex `safe` the motion can
+    /// stop. Nothing changes but the length that lines are to have.
+    fn join(&mut self, chord: &Block<N>, target: &[i64; N], safe: usize) -> Join<N> {
         let n = self.ring.len();
-        // Targets are whole steps: half a step of the finest joint, at most, is their own doing.
         let tolerance = self.path.tolerance() * self.unit;
-        let finest = self.weight.iter().fold(1.0f32, |m, w| m.min(*w));
-        let tolerance = tolerance * MERGE_SHARE + 0.5 * finest.min(tolerance);
+        let share = tolerance * resample::SHARE;
         // Once motion has begun, what it has been planned for stays.
         let begun = !self.runner.is_resting() || self.runner.x > 0;
-        if n == 0 || begun && (n < 3 || n - 2 < safe) || self.dwell > 0 || tolerance <= 0.0 {
-            return false;
+        if begun && (n < 3 || n - 2 < safe) || self.dwell > 0 || share <= 0.0 {
+            return Join::Apart;
         }
-        let Some(old) = self.ring.get(n - 1) else {
-            return false;
+        let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
+            return Join::Apart;
         };
         let same = old.rapid == chord.rapid
             && old.asked == chord.asked
@@ -583,58 +598,93 @@ impl<const N: usize> Planner<N> {
                 || (old.nominal < SAME_SPEED * chord.nominal
                     && chord.nominal < SAME_SPEED * old.nominal));
         if !same {
-            return false;
+            self.spacing = Spacing::NONE;
+            return Join::Apart;
         }
-        // Chords of like length have the smoothest curve through them: each as long as the one before, and a little more,
-        // with some room below the length at which the tolerance would cut them.
-        let before = n.checked_sub(2).and_then(|b| self.ring.get(b));
-        let curve = !old.stop && before.is_some_and(|b| junction::is_gentle(&self.weight, b, old));
-        if curve && old.length + 0.5 * chord.length > self.chord {
-            self.chord *= GROWTH;
-            return false;
-        }
-        let smooth = junction::is_gentle(&self.weight, old, chord);
-        let weighted = |from: &[i32; N]| {
+        let weighted = |to: &[i64; N]| {
             let mut p = [0.0f32; N];
             for i in 0..N {
-                p[i] = (i64::from(target[i]) - i64::from(from[i])) as f32 * self.weight[i];
+                p[i] = profile::length_of(to[i] - self.anchor[i]) * self.weight[i];
             }
             p
         };
-        let last = weighted(&self.tail);
-        let whole = weighted(&self.anchor);
-        let first = self.cone.unwrap_or_else(|| {
-            let mut p = [0.0f32; N];
-            for i in 0..N {
-                p[i] = old.u[i] * old.length * self.weight[i];
+        let first = self
+            .cone
+            .unwrap_or_else(|| Cone::new(&weighted(&self.tail), share));
+        let way = weighted(target);
+        let length = Real::sqrt(way.iter().fold(0.0f32, |s, x| s + x * x));
+        let line = |to: &[i64; N], of: f32| {
+            let duration = (old.duration + chord.duration * of) * 1.0e-3;
+            let block = self.block(&self.anchor, to, duration).ok()?;
+            Some(Block {
+                tolerance: block.asked * (1.0 - resample::SHARE),
+                stop: old.stop,
+                dwell: old.dwell,
+                ..block
+            })
+        };
+        let end = self.spacing.end(old.length, length, chord.length);
+        let mut joined = Join::Apart;
+        match end {
+            End::Later => {
+                let cone = first.extended(&way, share);
+                if let (Some(cone), Some(line)) = (cone, line(target, 1.0)) {
+                    return Join::Whole { cone, line };
+                }
+                if cone.is_none() {
+                    self.spacing.cut(old.length);
+                }
             }
-            Cone::new(&p, tolerance)
-        });
-        let Some(cone) = first.extended(&whole, &last, tolerance) else {
-            self.chord = if smooth {
-                ROOM * old.length
-            } else {
-                f32::INFINITY
-            };
-            return false;
-        };
-        let start = self.anchor.map(|p| i64::from(p) << 32);
-        let duration = (old.duration + chord.duration) * 1.0e-3;
-        let Ok(mut block) = self.block(&start, target, duration) else {
-            return false;
-        };
-        block.tolerance = block.asked * (1.0 - MERGE_SHARE);
-        block.stop = old.stop;
-        block.dwell = old.dwell;
-        self.cone = Some(cone);
-        if let Some(old) = self.ring.get_mut(n - 1) {
-            *old = block;
+            End::Within(part) => {
+                let at = core::array::from_fn(|i| {
+                    self.tail[i] + scaled_way(target[i] - self.tail[i], part)
+                });
+                let rest = self
+                    .block(&at, target, chord.duration * (1.0 - part) * 1.0e-3)
+                    .ok()
+                    .filter(|rest| rest.length > 0.0);
+                if let (Some(_), Some(line), Some(rest)) =
+                    (first.extended(&weighted(&at), share), line(&at, part), rest)
+                {
+                    joined = Join::Part { line, rest, at };
+                }
+            }
+            End::Before => {}
         }
-        if n == 1 {
+        // The newest line is complete.
+        if let Some(before) = n.checked_sub(2).and_then(|k| self.ring.get(k)) {
+            let last = match &joined {
+                Join::Part { line, .. } => line,
+                _ => &old,
+            };
+            let turn = junction::turn(&self.weight, &before.u, &last.u);
+            self.spacing
+                .follow(turn, before.length, last.length, tolerance);
+        }
+        joined
+    }
+
+    /// `line` takes the place of the newest block.
+    fn replace(&mut self, line: Block<N>) {
+        let Some(k) = self.ring.len().checked_sub(1) else {
+            return;
+        };
+        if let Some(old) = self.ring.get_mut(k) {
+            *old = line;
+        }
+        if k == 0 {
             self.enter();
         }
-        self.shape(n - 1);
-        true
+        self.shape(k);
+    }
+
+    /// A new block at the end of the path.
+    fn begin(&mut self, mut block: Block<N>, safe: usize) {
+        block.dwell = self.dwell;
+        block.stop = self.dwell > 0 || self.ring.len() == 0;
+        self.dwell = 0;
+        self.cone = None;
+        self.append(block, safe);
     }
 
     /// Adds a block behind the newest one; before vertex `safe` the motion can stop.
@@ -887,6 +937,10 @@ impl<const N: usize> Planner<N> {
             self.trace.before = None;
             self.cone = None;
             self.counters.rests = self.counters.rests.wrapping_add(1);
+            let here = self.tail;
+            self.tail = nearest_steps(&here);
+            self.anchor = self.tail;
+            self.go_to_steps(&here);
         } else {
             if self.ring.get(0).is_some_and(|b| b.d <= 0.0) {
                 self.trace.before = None;
@@ -902,25 +956,26 @@ impl<const N: usize> Planner<N> {
         self.at_rest = false;
         self.trace = Trace::at(here);
         // To the nearest step.
-        let target = here.map(|p| ((p + (1 << 31)) >> 32) as i32);
+        let target = nearest_steps(&here);
         self.tail = target;
         self.anchor = target;
         self.state = State::Running;
-        let exact = here
-            .iter()
-            .zip(&target)
-            .all(|(p, t)| *p == i64::from(*t) << 32);
-        if exact {
-            return true;
+        self.go_to_steps(&here);
+        true
+    }
+
+    /// At rest at `here`, with nothing to do: a last short block to the whole steps `tail`, if they are elsewhere.
+    fn go_to_steps(&mut self, here: &[i64; N]) {
+        if *here == self.tail {
+            return;
         }
-        match self.block(&here, target, 0.0) {
+        match self.block(here, &self.tail, 0.0) {
             Ok(mut block) => {
                 block.stop = true;
                 self.append(block, 0);
             }
-            Err(_) => self.trace = Trace::whole(target),
+            Err(_) => self.trace = Trace::at(self.tail),
         }
-        true
     }
 
     fn path_position(&self) -> [i64; N] {
@@ -929,6 +984,22 @@ impl<const N: usize> Planner<N> {
             None => *self.trace.base(),
         }
     }
+}
+
+/// Whole steps as positions [2^-32 step].
+fn bits<const N: usize>(steps: &[i32; N]) -> [i64; N] {
+    steps.map(|p| i64::from(p) << 32)
+}
+
+/// The whole steps nearest to a position [2^-32 step].
+fn nearest_steps<const N: usize>(position: &[i64; N]) -> [i64; N] {
+    position.map(|p| (p.saturating_add(1 << 31) >> 32) << 32)
+}
+
+/// A share, 0 ..= 1, of a way.
+fn scaled_way(way: i64, share: f32) -> i64 {
+    // Half a part in 2^24 of it, at most, is rounding.
+    ((i128::from(way) * i128::from((share * 16_777_216.0) as i64)) >> 24) as i64
 }
 
 fn plan<'a, const N: usize>(

@@ -77,14 +77,14 @@ impl<const N: usize> Trace<N> {
     /// `block` is the head from now on.
     pub fn enter(&mut self, block: &Block<N>) {
         for i in 0..N {
-            let way = (i64::from(block.end[i]) << 32) - self.base[i];
+            let way = block.end[i] - self.base[i];
             self.direction[i] = profile::direction(way, block.bits.max(1));
         }
     }
 
     /// The head block is over: its end is where the next one starts.
     pub fn leave(&mut self, block: &Block<N>) {
-        self.base = block.end.map(|p| i64::from(p) << 32);
+        self.base = block.end;
         self.before = Some(block.u);
     }
 

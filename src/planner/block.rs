@@ -22,7 +22,10 @@
 //! are ms. A span's limits keep, for every joint with `m1, m2, m3` the largest `|q'|, |q''|, |q'''|` in it,
 //! `v m1 <= v_i`, `v^2 m2 + A m1 <= a_i`, `v^3 m3 + 3 v A m2 + J m1 <= j_i` (motion.md, rule 2).
 
+use super::corner::Corner;
 use super::limits::Scaled;
+use super::look_ahead::{greater, lesser};
+use super::ramp::{Slack, Steep};
 use crate::math::Real;
 
 /// A stretch of path with one set of limits, and what the look-ahead knows of it.
@@ -32,8 +35,7 @@ pub(super) struct Span {
     pub length: f32,
     /// Hard speed limit from all joints.
     pub v: f32,
-    pub a: f32,
-    pub j: f32,
+    pub slack: Slack,
     /// Whether a ramp may run on through both of its ends; else only one that begins within it.
     pub through: bool,
     /// Highest speed at its start, without acceleration, from which all that follows can be met.
@@ -49,27 +51,34 @@ pub(super) struct Target {
     pub span: u16,
     pub way: f32,
     pub speed: f32,
-    pub a: f32,
-    pub j: f32,
+    pub slack: Slack,
     /// Speed not to be exceeded on the way.
     pub cap: f32,
+    /// What the ramp must take for its acceleration to come and go, where it ends at a corner.
+    pub rise: f32,
+}
+
+impl Target {
+    /// Limits of a ramp there.
+    pub fn steep(&self) -> Steep {
+        self.slack.at(self.cap, self.rise)
+    }
 }
 
 impl Span {
     pub const NONE: Self = Self {
         length: 0.0,
         v: f32::INFINITY,
-        a: f32::INFINITY,
-        j: f32::INFINITY,
+        slack: Slack::ANY,
         through: true,
         entry: 0.0,
         root: Target {
             span: 1,
             way: 0.0,
             speed: 0.0,
-            a: 0.0,
-            j: 0.0,
+            slack: Slack::ANY,
             cap: 0.0,
+            rise: 0.0,
         },
     };
 
@@ -81,8 +90,7 @@ impl Span {
     pub fn limit(&mut self, length: f32, limit: Limit, through: bool) {
         self.length = length;
         self.v = limit.v;
-        self.a = limit.a;
-        self.j = limit.j;
+        self.slack = limit.slack;
         self.through = through;
     }
 }
@@ -105,10 +113,14 @@ pub(super) struct Block<const N: usize> {
     /// Contour tolerance [length]: as set, and what of it rounding may use.
     pub asked: f32,
     pub tolerance: f32,
-    /// Half-width of the hat at its start; 0: a full stop.
+    /// Half-width of the hat at its start; 0: a corner.
     pub d: f32,
     /// Half-width of the zone around its start; 0 where the hat reaches into whole blocks.
     pub z: f32,
+    /// How far the vertex at its start lies outside of the programmed one [length].
+    pub outside: f32,
+    /// The corner at its start, where there is no hat.
+    pub corner: Corner,
     /// Standstill before it [ms].
     pub dwell: u32,
     /// Its start stays a stop, whatever follows.
@@ -130,6 +142,8 @@ impl<const N: usize> Block<N> {
         tolerance: 0.0,
         d: 0.0,
         z: 0.0,
+        outside: 0.0,
+        corner: Corner::STOP,
         dwell: 0,
         stop: false,
         zone: Span::NONE,
@@ -171,12 +185,11 @@ impl Short {
     }
 }
 
-/// Highest speed, acceleration and jerk along a span.
+/// Highest speed along a span, and what that leaves to ramps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
     pub v: f32,
-    pub a: f32,
-    pub j: f32,
+    pub slack: Slack,
 }
 
 /// How much of acceleration and jerk the curvature may use up at the highest speed; the rest is for ramps.
@@ -186,11 +199,30 @@ pub(super) struct Split {
     pub j: f32,
 }
 
-/// Where ramps run through.
-pub(super) const SMOOTH: Split = Split { a: 0.8, j: 0.6 };
+/// Where ramps run through: a ramp has its highest acceleration where it is far from its highest speed, so little need be
+/// left for it there.
+pub(super) const SMOOTH: Split = Split { a: 0.92, j: 0.85 };
 /// Where the speed stays constant, with something left for a hold.
 pub(super) const SHARP: Split = Split { a: 0.95, j: 0.9 };
 
+/// What one joint asks of its limits along a span: `q'`, `q''`, `3 q''` and `q'''` over its acceleration or jerk.
+#[derive(Clone, Copy, Default)]
+struct Shares {
+    along_a: f32,
+    round_a: f32,
+    along_j: f32,
+    mixed_j: f32,
+    round_j: f32,
+}
+
+/// Speed limit of a span, and what it leaves to every ramp in it that leads to that speed or a lower one.
+///
+/// ```text
+///  near its upper end, y before it, a ramp has   a = J y,   v = V - J y^2 / 2      (y up to A / J)
+///  to be kept there                              v^2 q'' + a q' <= a_i,    v^3 q''' + 3 v a q'' + J q' <= j_i
+/// ```
+///
+/// A ramp to a lower speed, and the lower half of each, have less speed at the same acceleration.
 fn limit<const N: usize>(
     scaled: &Scaled<N>,
     slopes: &[Slopes; N],
@@ -201,10 +233,10 @@ fn limit<const N: usize>(
     let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
     let mut r4 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        r1 = Real::max(r1, s.m1 * scaled.inverse_v[i]);
-        r2 = Real::max(r2, s.m2 * scaled.inverse_a[i]);
-        r3 = Real::max(r3, s.m3 * scaled.inverse_j[i]);
-        r4 = Real::max(r4, s.alone * scaled.inverse_j[i]);
+        r1 = greater(r1, s.m1 * scaled.inverse_v[i]);
+        r2 = greater(r2, s.m2 * scaled.inverse_a[i]);
+        r3 = greater(r3, s.m3 * scaled.inverse_j[i]);
+        r4 = greater(r4, s.alone * scaled.inverse_j[i]);
     }
     let mut v = 1.0 / r1;
     if v * v * r2 > split.a {
@@ -222,35 +254,81 @@ fn limit<const N: usize>(
     let felt = short.felt(v);
     let mut most = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        most = Real::max(most, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
+        most = greater(most, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
     }
     let used = v * v * v * most;
     if used > split.j {
         v *= Real::sqrt(split.j / used);
     }
     let felt = short.felt(v);
-    // 1/A and 1/J of the joint that allows least.
-    let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
+    let mut shares = [Shares::default(); N];
+    let (mut slow_a, mut slow_j, mut slower_j) = (0.0f32, 0.0f32, 0.0f32);
     for (i, s) in slopes.iter().enumerate() {
-        slow_a = Real::max(slow_a, s.m1 / (scaled.a[i] - v * v * s.m2));
+        let inverse_j = scaled.inverse_j[i] / spare;
+        let share = Shares {
+            along_a: s.m1 * scaled.inverse_a[i],
+            round_a: s.m2 * scaled.inverse_a[i],
+            along_j: s.m1 * inverse_j,
+            mixed_j: 3.0 * s.m2 * inverse_j,
+            round_j: (s.m3 + s.alone * felt) * inverse_j,
+        };
+        slow_a = greater(slow_a, share.along_a);
+        slow_j = greater(slow_j, share.along_j);
+        slower_j = greater(slower_j, share.along_j / (1.0 - v * v * v * share.round_j));
+        shares[i] = share;
+    }
+    let mut slack = Slack {
+        a: (slow_a, 0.0),
+        j: (slow_j, 0.0),
+    };
+    if r2 > 0.0 {
+        let (a, j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slower_j);
+        slack.a.1 = (1.0 / a - slow_a) / (v * v);
+        slack.j.1 = (1.0 / j - slow_j) / v;
+    }
+    Limit { v, slack }
+}
+
+/// Acceleration and jerk, `a` and `j` at most, of ramps up to speed `v` where the path turns.
+fn ramps<const N: usize>(shares: &[Shares; N], v: f32, mut a: f32, mut j: f32) -> (f32, f32) {
+    for _ in 0..5 {
+        let end = lesser(a / j, Real::sqrt(v / j));
+        let (mut worst_a, mut worst_j) = (0.0f32, 0.0f32);
+        for part in [0.35, 0.7, 1.0] {
+            let a = j * end * part;
+            let w = v - 0.5 * a * end * part;
+            for s in shares {
+                worst_a = greater(worst_a, w * (w * s.round_a) + a * s.along_a);
+                let round = w * w * (w * s.round_j) + w * a * s.mixed_j;
+                worst_j = greater(worst_j, round + j * s.along_j);
+            }
+        }
+        if worst_a <= 1.0 && worst_j <= 1.0 {
+            return (a, j);
+        }
+        if worst_a > 1.0 {
+            a /= worst_a;
+            j /= worst_a;
+        }
+        if worst_j > 1.0 {
+            a /= Real::sqrt(worst_j);
+            j /= worst_j;
+        }
+    }
+    // As if the acceleration came at the highest speed.
+    let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
+    for s in shares {
+        slow_a = greater(slow_a, s.along_a / (1.0 - v * v * s.round_a));
         // Half of what the curvature leaves of the jerk goes to 3 v A q''.
-        let m3 = s.m3 + s.alone * felt;
-        slow_a = Real::max(
-            slow_a,
-            6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * m3),
-        );
+        let left = 1.0 - v * v * v * s.round_j;
+        slow_a = greater(slow_a, 2.0 * v * s.mixed_j / left);
     }
     let a = 1.0 / slow_a;
-    for (i, s) in slopes.iter().enumerate() {
-        let m3 = s.m3 + s.alone * felt;
-        slow_j = Real::max(
-            slow_j,
-            s.m1 / (scaled.j[i] * spare - v * v * v * m3 - 3.0 * v * a * s.m2),
-        );
+    for s in shares {
+        let left = 1.0 - v * v * v * s.round_j - v * a * s.mixed_j;
+        slow_j = greater(slow_j, s.along_j / left);
     }
-    // A rise of less than a sixteenth of a sample is none (and keeps the integers of profile.rs in range).
-    let j = (1.0 / slow_j).min(16.0 * a);
-    Limit { v, a, j }
+    (a, 1.0 / slow_j)
 }
 
 fn middle(a: f32, b: f32) -> f32 {
@@ -297,7 +375,9 @@ pub(super) fn body<const N: usize>(
             s.m3 = Real::max(Real::abs(first), Real::abs(second));
         }
     }
-    limit(scaled, &slopes, short, SMOOTH, 1.0)
+    // Corners at either end need some of the jerk.
+    let share = after.map_or(1.0, |b| b.corner.share);
+    limit(scaled, &slopes, short, SMOOTH, lesser(share, block.corner.share))
 }
 
 /// Limits of the zone at the start of `block`; `before` is the block before it (with the direction `further` before

@@ -33,6 +33,7 @@
 //! Runs in the foreground. The path planned always ends in a standstill: input may pause at any time.
 
 mod block;
+mod corner;
 mod junction;
 mod limits;
 mod look_ahead;
@@ -53,6 +54,7 @@ pub use trim::MOST_TRIM;
 
 use crate::math::Real;
 use block::Block;
+use corner::Corner;
 use fixed::types::I32F32;
 use limits::Scaled;
 use look_ahead::Factors;
@@ -713,6 +715,7 @@ impl<const N: usize> Planner<N> {
         let Some(mut before) = before else {
             block.d = 0.0;
             block.z = 0.0;
+            block.corner = Corner::STOP;
             block.zone = block::Span {
                 v: 0.0,
                 through: false,
@@ -771,6 +774,7 @@ impl<const N: usize> Planner<N> {
         self.backward();
         let plan = self.plan();
         if self.state == State::Running
+            && !self.runner.is_bound()
             && self.runner.descent_end().is_some()
             && let Some((eased, x, v)) = self.runner.eased()
             && plan.is_feasible(x, v)
@@ -805,6 +809,9 @@ impl<const N: usize> Planner<N> {
         }
         self.backward();
         if self.stale {
+            if self.state != State::Running {
+                self.stop_rising();
+            }
             self.look_again();
         }
         if self.planned != self.wanted {
@@ -814,7 +821,11 @@ impl<const N: usize> Planner<N> {
 
     /// A cruise is decided anew; a ramp down that the plan no longer asks for is cut short.
     fn look_again(&mut self) {
-        self.stale = false;
+        // In the window of a corner nothing is decided anew; after it, all that came meanwhile.
+        self.stale = self.runner.is_bound();
+        if self.stale {
+            return;
+        }
         let wish = self.wish();
         if let run::Mode::Cruise { .. } = self.runner.mode {
             let plan = plan(&self.ring, &self.planned, &self.wanted);
@@ -833,6 +844,7 @@ impl<const N: usize> Planner<N> {
 
     fn halt(&mut self) {
         self.backward();
+        self.stale |= self.runner.is_bound();
         self.stop_rising();
         if let run::Mode::Cruise { .. } = self.runner.mode {
             self.look_again();
@@ -841,7 +853,8 @@ impl<const N: usize> Planner<N> {
 
     /// Lets a ramp up go, unless what follows asks for its full length.
     fn stop_rising(&mut self) {
-        if let Some((_, x, v)) = self.runner.eased()
+        if !self.runner.is_bound()
+            && let Some((_, x, v)) = self.runner.eased()
             && self.runner.descent_end().is_none()
             && self.plan().is_feasible(x, v)
         {
@@ -856,6 +869,9 @@ impl<const N: usize> Planner<N> {
 
     /// Plans with the wanted overrides as soon as the present speed leaves room for them; slows down meanwhile.
     fn adopt_override(&mut self) {
+        if self.runner.is_bound() {
+            return;
+        }
         let old = self.planned;
         let raised = old.not_above(&self.wanted);
         if !raised {
@@ -921,6 +937,8 @@ impl<const N: usize> Planner<N> {
                 break;
             }
         }
+        let plan = plan(&self.ring, &self.planned, &self.wanted);
+        self.runner.foresee(&plan);
         true
     }
 
@@ -942,7 +960,7 @@ impl<const N: usize> Planner<N> {
             self.anchor = self.tail;
             self.go_to_steps(&here);
         } else {
-            if self.ring.get(0).is_some_and(|b| b.d <= 0.0) {
+            if self.ring.get(0).is_some_and(|b| b.d <= 0.0) && !self.runner.is_bound() {
                 self.trace.before = None;
             }
             self.enter();
@@ -978,9 +996,17 @@ impl<const N: usize> Planner<N> {
         }
     }
 
+    pub fn debug_span(&self, k: usize) -> Option<[f32; 8]> {
+        self.ring.get(k).map(|b| [b.length, b.d, b.z, b.body.v, b.body.slack.at(b.body.v,0.0).a, b.body.slack.at(b.body.v,0.0).j, b.body.entry, b.nominal])
+    }
     fn path_position(&self) -> [i64; N] {
         match self.ring.get(0) {
-            Some(head) => self.trace.position(self.runner.x, head, self.ring.get(1)),
+            Some(head) => self.trace.position(
+                self.runner.x,
+                head,
+                self.ring.get(1),
+                self.runner.window.as_ref(),
+            ),
             None => *self.trace.base(),
         }
     }

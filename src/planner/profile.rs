@@ -10,7 +10,7 @@
 //! last bit before it starts, which is how a ramp down comes to end on its point exactly. Lengths are below 2^31, speeds
 //! below 2^15 a millisecond (limits.rs: at most 10^4 steps/ms a joint).
 
-use super::ramp;
+use super::ramp::Steep;
 
 /// One millisecond.
 pub(super) const TICK: u64 = 1 << 20;
@@ -115,10 +115,10 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// From speed `v` to speed `w` (bits), starting at position `x`, with acceleration `a` and jerk `j`.
-    pub fn new(x: i64, v: i64, w: i64, a: f32, j: f32) -> Self {
+    /// From speed `v` to speed `w` (bits), starting at position `x`.
+    pub fn new(x: i64, v: i64, w: i64, steep: &Steep) -> Self {
         let dv = w - v;
-        let (t1, t2) = ramp::times(speed_of(dv.abs()), a, j);
+        let (t1, t2) = steep.times(speed_of(dv.abs()));
         let t1 = time_bits(t1).max(1);
         let t2 = time_bits(t2);
         let top = unscale(dv, t1 + t2);
@@ -145,8 +145,8 @@ impl Ramp {
             t: 0,
             start: (x, v),
             end_speed: w,
-            acceleration: a,
-            jerk: j,
+            acceleration: steep.a,
+            jerk: steep.j,
         }
     }
 
@@ -189,8 +189,8 @@ impl Ramp {
     }
 
     /// Distance of a ramp that starts at zero.
-    pub fn way(v: i64, w: i64, a: f32, j: f32) -> i64 {
-        Self::new(0, v, w, a, j).end()
+    pub fn way(v: i64, w: i64, steep: &Steep) -> i64 {
+        Self::new(0, v, w, steep).end()
     }
 
     /// Runs on for at most `time`, to the end of the present phase at the farthest: whether the ramp is over, and the

@@ -1,6 +1,7 @@
 //! The blocks of the look-ahead, oldest first, in a fixed array.
 
 use super::block::{Block, Span};
+use super::corner::Corner;
 
 /// Blocks in the look-ahead. motion.md asks for 64; 88 of them with six joints take 16 KiB.
 pub const BLOCKS: usize = 88;
@@ -91,5 +92,16 @@ impl<const N: usize> Ring<N> {
         } else {
             &mut block.body
         })
+    }
+
+    /// The corner that span `i` stands for, if it is one that is passed.
+    pub fn corner_at(&self, i: usize) -> Option<&Corner> {
+        let block = self.get(i / 2)?;
+        (i.is_multiple_of(2) && block.corner.is_passed()).then_some(&block.corner)
+    }
+
+    pub fn corner_at_mut(&mut self, i: usize) -> Option<&mut Corner> {
+        let block = self.get_mut(i / 2)?;
+        (i.is_multiple_of(2) && block.corner.is_passed()).then_some(&mut block.corner)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::block::Block;
 use super::profile;
+use super::run::Window;
 
 /// Where the head block lies.
 #[derive(Clone, Copy)]
@@ -89,7 +90,13 @@ impl<const N: usize> Trace<N> {
     }
 
     /// Position of every joint [2^-32 step] at `x` in `head`.
-    pub fn position(&self, x: i64, head: &Block<N>, next: Option<&Block<N>>) -> [i64; N] {
+    pub fn position(
+        &self,
+        x: i64,
+        head: &Block<N>,
+        next: Option<&Block<N>>,
+        window: Option<&Window>,
+    ) -> [i64; N] {
         let mut q = self.base;
         for i in 0..N {
             q[i] += along(self.direction[i], x);
@@ -107,6 +114,21 @@ impl<const N: usize> Trace<N> {
             if end > 0 {
                 for i in 0..N {
                     q[i] += along(direction_bits(next.u[i] - head.u[i]), end);
+                }
+            }
+        }
+        if let Some(window) = window {
+            let (from, to) = match (window.passed, &self.before, next) {
+                (true, Some(before), _) => (before, &head.u),
+                (false, _, Some(next)) => (&head.u, &next.u),
+                _ => return q,
+            };
+            // The triangle in time, as a length at the speed of the passage.
+            let length = |t: i64| ((i128::from(window.v) * i128::from(t)) >> 36) as i64;
+            let round = Hat::new(profile::length_of(length(window.half))).bulge(length(window.t.abs()));
+            if round > 0 {
+                for i in 0..N {
+                    q[i] += along(direction_bits(to[i] - from[i]), round);
                 }
             }
         }

@@ -201,9 +201,12 @@ pub(super) struct Split {
 
 /// Where ramps run through: a ramp has its highest acceleration where it is far from its highest speed, so little need be
 /// left for it there.
-pub(super) const SMOOTH: Split = Split { a: 0.92, j: 0.85 };
+pub(super) const SMOOTH: Split = Split { a: 0.96, j: 0.8 };
 /// Where the speed stays constant, with something left for a hold.
 pub(super) const SHARP: Split = Split { a: 0.95, j: 0.9 };
+
+/// Ramps take at most that many times as long as on a straight line, if a little less speed can do it.
+const MOST_TIME: f32 = 2.2;
 
 /// What one joint asks of its limits along a span: `q'`, `q''`, `3 q''` and `q'''` over its acceleration or jerk.
 #[derive(Clone, Copy, Default)]
@@ -213,6 +216,32 @@ struct Shares {
     along_j: f32,
     mixed_j: f32,
     round_j: f32,
+}
+
+/// Speeds at the ends of a span that no ramp crosses; infinite where ramps do.
+#[derive(Clone, Copy)]
+struct Ends {
+    start: f32,
+    end: f32,
+    length: f32,
+}
+
+impl Ends {
+    const OPEN: Self = Self {
+        start: f32::INFINITY,
+        end: f32::INFINITY,
+        length: 0.0,
+    };
+
+    /// Highest speed in the span: `v + J t^2 / 2` with `J t^3 / 6` no more than its length. `slow_j`: 1/J.
+    fn reach(&self, slow_j: f32) -> f32 {
+        let v = lesser(self.start, self.end);
+        if v < f32::INFINITY {
+            v + 1.651 * Real::cbrt(Real::squared(self.length) / slow_j)
+        } else {
+            v
+        }
+    }
 }
 
 /// Speed limit of a span, and what it leaves to every ramp in it that leads to that speed or a lower one.
@@ -229,6 +258,7 @@ fn limit<const N: usize>(
     short: Short,
     split: Split,
     spare: f32,
+    ends: Ends,
 ) -> Limit {
     let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
     let mut r4 = 0.0f32;
@@ -238,7 +268,8 @@ fn limit<const N: usize>(
         r3 = greater(r3, s.m3 * scaled.inverse_j[i]);
         r4 = greater(r4, s.alone * scaled.inverse_j[i]);
     }
-    let mut v = 1.0 / r1;
+    let most = 1.0 / r1;
+    let mut v = most;
     if v * v * r2 > split.a {
         v = Real::sqrt(split.a / r2);
     }
@@ -252,11 +283,11 @@ fn limit<const N: usize>(
         v = less.max(Real::cbrt(split.j / r4).min(v));
     }
     let felt = short.felt(v);
-    let mut most = 0.0f32;
+    let mut r3 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        most = greater(most, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
+        r3 = greater(r3, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
     }
-    let used = v * v * v * most;
+    let used = v * v * v * r3;
     if used > split.j {
         v *= Real::sqrt(split.j / used);
     }
@@ -264,16 +295,24 @@ fn limit<const N: usize>(
     let mut shares = [Shares::default(); N];
     let (mut slow_a, mut slow_j, mut slower_j) = (0.0f32, 0.0f32, 0.0f32);
     for (i, s) in slopes.iter().enumerate() {
-        let inverse_j = scaled.inverse_j[i] / spare;
+        slow_j = greater(slow_j, s.m1 * scaled.inverse_j[i] / spare);
+    }
+    // Next to a stop or a corner no ramp is faster than this when it leaves the span, whatever its highest speed.
+    let reach = ends.reach(slow_j);
+    let near = reach < v && r2 > 0.0;
+    if near {
+        v = reach;
+    }
+    for (i, s) in slopes.iter().enumerate() {
+        let inverse_j = scaled.inverse_j[i];
         let share = Shares {
             along_a: s.m1 * scaled.inverse_a[i],
             round_a: s.m2 * scaled.inverse_a[i],
-            along_j: s.m1 * inverse_j,
+            along_j: s.m1 * inverse_j / spare,
             mixed_j: 3.0 * s.m2 * inverse_j,
             round_j: (s.m3 + s.alone * felt) * inverse_j,
         };
         slow_a = greater(slow_a, share.along_a);
-        slow_j = greater(slow_j, share.along_j);
         slower_j = greater(slower_j, share.along_j / (1.0 - v * v * v * share.round_j));
         shares[i] = share;
     }
@@ -282,54 +321,71 @@ fn limit<const N: usize>(
         j: (slow_j, 0.0),
     };
     if r2 > 0.0 {
-        let (a, j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slower_j);
-        slack.a.1 = (1.0 / a - slow_a) / (v * v);
-        slack.j.1 = (1.0 / j - slow_j) / v;
+        let (mut a, mut j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slower_j);
+        // Speed is worth little where it leaves nothing to get there.
+        for _ in 0..3 {
+            let straight = Steep::new(1.0 / slow_a, 1.0 / slow_j, 0.0);
+            let slower = Steep::new(a, j, 0.0);
+            if near || slower.time(v) < MOST_TIME * straight.time(v) {
+                break;
+            }
+            v *= 0.96;
+            (a, j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slow_j);
+        }
+        if near {
+            slack.a.0 = 1.0 / a;
+            slack.j.0 = 1.0 / j;
+            v = most;
+        } else {
+            slack.a.1 = (1.0 / a - slow_a) / (v * v);
+            slack.j.1 = (1.0 / j - slow_j) / (v * v);
+        }
     }
     Limit { v, slack }
 }
 
 /// Acceleration and jerk, `a` and `j` at most, of ramps up to speed `v` where the path turns.
-fn ramps<const N: usize>(shares: &[Shares; N], v: f32, mut a: f32, mut j: f32) -> (f32, f32) {
-    for _ in 0..5 {
-        let end = lesser(a / j, Real::sqrt(v / j));
-        let (mut worst_a, mut worst_j) = (0.0f32, 0.0f32);
-        for part in [0.35, 0.7, 1.0] {
-            let a = j * end * part;
-            let w = v - 0.5 * a * end * part;
-            for s in shares {
-                worst_a = greater(worst_a, w * (w * s.round_a) + a * s.along_a);
-                let round = w * w * (w * s.round_j) + w * a * s.mixed_j;
-                worst_j = greater(worst_j, round + j * s.along_j);
+///
+/// A ramp that is all jerk has `a = p sqrt(v J)` and `w = v (1 - p^2 / 2)` at the share p of its rise, so each joint bounds
+/// `sqrt(J)` there by a line and a parabola. One that holds its acceleration from p on asks for no more behind, and
+/// takes `(p + 1/p) sqrt(v / J)`.
+fn ramps<const N: usize>(shares: &[Shares; N], v: f32, a: f32, j: f32) -> (f32, f32) {
+    let mut x = Real::sqrt(j);
+    let root = Real::sqrt(v);
+    let (mut best, mut chosen) = (f32::INFINITY, (a, j));
+    for (p, time) in RISE {
+        let w = v * (1.0 - 0.5 * p * p);
+        let along = p * root;
+        for s in shares {
+            if s.along_a > 0.0 {
+                let left = 1.0 - w * (w * s.round_a);
+                if along * x * s.along_a > left {
+                    x = left / (along * s.along_a);
+                }
+            }
+            let left = 1.0 - w * w * (w * s.round_j);
+            let mixed = along * w * s.mixed_j;
+            if x * (mixed + x * s.along_j) > left {
+                x = 2.0 * left
+                    / (mixed + Real::sqrt(mixed * mixed + 4.0 * s.along_j * left));
             }
         }
-        if worst_a <= 1.0 && worst_j <= 1.0 {
-            return (a, j);
-        }
-        if worst_a > 1.0 {
-            a /= worst_a;
-            j /= worst_a;
-        }
-        if worst_j > 1.0 {
-            a /= Real::sqrt(worst_j);
-            j /= worst_j;
+        if time < best * x {
+            best = time / x;
+            chosen = (lesser(a, along * x), x * x);
         }
     }
-    // As if the acceleration came at the highest speed.
-    let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
-    for s in shares {
-        slow_a = greater(slow_a, s.along_a / (1.0 - v * v * s.round_a));
-        // Half of what the curvature leaves of the jerk goes to 3 v A q''.
-        let left = 1.0 - v * v * v * s.round_j;
-        slow_a = greater(slow_a, 2.0 * v * s.mixed_j / left);
-    }
-    let a = 1.0 / slow_a;
-    for s in shares {
-        let left = 1.0 - v * v * v * s.round_j - v * a * s.mixed_j;
-        slow_j = greater(slow_j, s.along_j / left);
-    }
-    (a, 1.0 / slow_j)
+    chosen
 }
+
+/// Shares of a rise at which limits are looked at, and `p + 1/p` where an acceleration may be held.
+const RISE: [(f32, f32); 5] = [
+    (0.2, 5.2),
+    (0.4, 2.9),
+    (0.6, 2.2667),
+    (0.8, 2.05),
+    (1.0, 2.0),
+];
 
 fn middle(a: f32, b: f32) -> f32 {
     0.5 * Real::abs(a + b)
@@ -377,7 +433,21 @@ pub(super) fn body<const N: usize>(
     }
     // Corners at either end need some of the jerk.
     let share = after.map_or(1.0, |b| b.corner.share);
-    limit(scaled, &slopes, short, SMOOTH, lesser(share, block.corner.share))
+    let ends = Ends {
+        start: if block.d > 0.0 {
+            f32::INFINITY
+        } else {
+            block.corner.v
+        },
+        end: match after {
+            Some(after) if after.d > 0.0 => f32::INFINITY,
+            Some(after) => after.corner.v,
+            None => 0.0,
+        },
+        length: block.length,
+    };
+    let spare = lesser(share, block.corner.share);
+    limit(scaled, &slopes, short, SMOOTH, spare, ends)
 }
 
 /// Limits of the zone at the start of `block`; `before` is the block before it (with the direction `further` before
@@ -418,6 +488,7 @@ pub(super) fn zone<const N: usize>(
         &slopes,
         Short::NONE,
         split,
-        if split.j > 0.8 { 1.04 } else { 1.0 },
+        1.0,
+        Ends::OPEN,
     )
 }

@@ -62,6 +62,11 @@ impl Corner {
         self.v > 0.0
     }
 
+    /// How far the rounding stays inside of the polygon at its highest speed.
+    pub fn deviation(&self, turn: f32) -> f32 {
+        self.v * turn * self.time(self.v) * (1.0 / 6.0)
+    }
+
     /// T for a passage at speed v [ms].
     pub fn time(&self, v: f32) -> f32 {
         greater(Real::sqrt(v * self.by_jerk), v * self.by_acceleration)

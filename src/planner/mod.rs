@@ -57,7 +57,7 @@ use block::Block;
 use corner::Corner;
 use fixed::types::I32F32;
 use limits::Scaled;
-use look_ahead::Factors;
+use look_ahead::{Factors, lesser};
 use profile::TICK;
 use resample::{Cone, End, Spacing};
 use ring::Ring;
@@ -67,6 +67,8 @@ use trim::Trim;
 
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
+/// Chords that many tolerances long are not joined by others but on a straight line.
+const SHORT: f32 = 30.0;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
 const SLOWEST: f32 = 1.0e-9;
 
@@ -130,6 +132,7 @@ enum Join<const N: usize> {
     /// The line takes the move up to `at`; the rest begins the next one.
     Part {
         line: Block<N>,
+        cone: Cone<N>,
         rest: Block<N>,
         at: [i64; N],
     },
@@ -171,6 +174,8 @@ pub struct Planner<const N: usize> {
     /// Start of the newest block [2^-32 step], and what its chords allow.
     anchor: [i64; N],
     cone: Option<Cone<N>>,
+    /// Start of the block before the newest, and what its chords allow, where it ends within a chord.
+    behind: Option<([i64; N], Cone<N>)>,
     spacing: Spacing,
     /// Standstill before the next block [ms].
     dwell: u32,
@@ -204,6 +209,7 @@ impl<const N: usize> Planner<N> {
             tail: bits(&start),
             anchor: bits(&start),
             cone: None,
+            behind: None,
             spacing: Spacing::NONE,
             dwell: 0,
             trim: Trim::new(),
@@ -245,7 +251,7 @@ impl<const N: usize> Planner<N> {
         if target == self.tail {
             return Ok(());
         }
-        let chord = self.block(&self.tail, &target, duration)?;
+        let mut chord = self.block(&self.tail, &target, duration)?;
         // Before anything changes: what the motion under way was planned for.
         let safe = match self.safe {
             Some(safe) => safe,
@@ -259,12 +265,26 @@ impl<const N: usize> Planner<N> {
                 self.counters.merged = self.counters.merged.wrapping_add(1);
             }
             _ if self.ring.is_full() => return Err(PushError::Full),
-            Join::Part { line, rest, at } => {
+            Join::Part {
+                line,
+                cone,
+                rest,
+                at,
+            } => {
                 self.replace(line);
+                self.behind = Some((self.anchor, cone));
                 self.anchor = at;
                 self.begin(rest, safe);
             }
             Join::Apart => {
+                let turns = self.ring.len().checked_sub(1).and_then(|k| self.ring.get(k));
+                if self.dwell == 0
+                    && turns.is_some_and(|old| !junction::is_gentle(&self.weight, old, &chord))
+                {
+                    self.even_out(safe);
+                    chord = self.swing_out(chord, &target, safe);
+                }
+                self.behind = None;
                 self.anchor = self.tail;
                 self.begin(chord, safe);
             }
@@ -528,6 +548,7 @@ impl<const N: usize> Planner<N> {
         self.ring.clear();
         self.runner.rest_at(0);
         self.cone = None;
+        self.behind = None;
         self.dwell = 0;
         self.changed = None;
         self.safe = None;
@@ -585,15 +606,13 @@ impl<const N: usize> Planner<N> {
     fn join(&mut self, chord: &Block<N>, target: &[i64; N], safe: usize) -> Join<N> {
         let n = self.ring.len();
         let tolerance = self.path.tolerance() * self.unit;
-        let share = tolerance * resample::SHARE;
-        // Once motion has begun, what it has been planned for stays.
-        let begun = !self.runner.is_resting() || self.runner.x > 0;
-        if begun && (n < 3 || n - 2 < safe) || self.dwell > 0 || share <= 0.0 {
-            return Join::Apart;
-        }
         let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
             return Join::Apart;
         };
+        let share = lesser(tolerance * resample::SHARE, tolerance - old.outside);
+        if !self.is_open(n - 1, safe) || self.dwell > 0 || share <= 0.0 {
+            return Join::Apart;
+        }
         let same = old.rapid == chord.rapid
             && old.asked == chord.asked
             && (chord.rapid
@@ -622,6 +641,7 @@ impl<const N: usize> Planner<N> {
                 tolerance: block.asked * (1.0 - resample::SHARE),
                 stop: old.stop,
                 dwell: old.dwell,
+                outside: old.outside,
                 ..block
             })
         };
@@ -645,10 +665,15 @@ impl<const N: usize> Planner<N> {
                     .block(&at, target, chord.duration * (1.0 - part) * 1.0e-3)
                     .ok()
                     .filter(|rest| rest.length > 0.0);
-                if let (Some(_), Some(line), Some(rest)) =
+                if let (Some(cone), Some(line), Some(rest)) =
                     (first.extended(&weighted(&at), share), line(&at, part), rest)
                 {
-                    joined = Join::Part { line, rest, at };
+                    joined = Join::Part {
+                        line,
+                        cone,
+                        rest,
+                        at,
+                    };
                 }
             }
             End::Before => {}
@@ -660,10 +685,164 @@ impl<const N: usize> Planner<N> {
                 _ => &old,
             };
             let turn = junction::turn(&self.weight, &before.u, &last.u);
+            let enough = self.enough(last, chord.length);
             self.spacing
-                .follow(turn, before.length, last.length, tolerance);
+                .follow(turn, before.length, last.length, tolerance, enough);
         }
         joined
+    }
+
+    /// Length of lines above which nothing is gained: chords enough in each, time enough to plan it, and the way to a stop
+    /// within the look-ahead.
+    fn enough(&self, line: &Block<N>, chord: f32) -> f32 {
+        let steep = line.body.slack.at(0.0, 0.0);
+        let v = lesser(line.nominal, line.body.v);
+        let stop = steep.distance(v, 0.0);
+        (v * resample::BEAT).max(5.0 * chord).max(stop * (1.0 / 48.0))
+    }
+
+    /// Whether block `k` may still be changed: once motion has begun, what it has been planned for stays.
+    fn is_open(&self, k: usize, safe: usize) -> bool {
+        let begun = !self.runner.is_resting() || self.runner.x > 0;
+        !begun || k >= 2 && k > safe
+    }
+
+    /// Where block `k` begins [2^-32 step].
+    fn start_of(&self, k: usize) -> [i64; N] {
+        match k.checked_sub(1).and_then(|b| self.ring.get(b)) {
+            Some(before) => before.end,
+            None => *self.trace.base(),
+        }
+    }
+
+    /// Before a corner, the line that leads up to it and the one before become alike, or one: a short rest of a curve
+    /// would be rounded sharply.
+    fn even_out(&mut self, safe: usize) {
+        let n = self.ring.len();
+        let (Some(last), Some(before)) = (
+            n.checked_sub(1).and_then(|k| self.ring.get(k)).copied(),
+            n.checked_sub(2).and_then(|k| self.ring.get(k)).copied(),
+        ) else {
+            return;
+        };
+        let alike = last.length > 0.75 * before.length;
+        if alike || !self.is_open(n - 2, safe) || last.stop || last.d <= 0.0 {
+            return;
+        }
+        let Some((anchor, cone)) = self.behind else {
+            return;
+        };
+        let tolerance = self.path.tolerance() * self.unit;
+        let mut way = [0.0f32; N];
+        for i in 0..N {
+            way[i] = profile::length_of(self.tail[i] - anchor[i]) * self.weight[i];
+        }
+        let share = lesser(tolerance * resample::SHARE, tolerance - before.outside);
+        let duration = (before.duration + last.duration) * 1.0e-3;
+        if cone.extended(&way, share).is_some()
+            && let Ok(line) = self.block(&anchor, &self.tail, duration)
+        {
+            self.ring.drop_last();
+            self.anchor = anchor;
+            self.replace(Block {
+                tolerance: before.tolerance,
+                stop: before.stop,
+                dwell: before.dwell,
+                outside: before.outside,
+                ..line
+            });
+            return;
+        }
+        // The border moves back along the line before it, which brings the old border beside the new line.
+        let back = 0.5 * (before.length - last.length);
+        let turn = junction::turn(&self.weight, &before.u, &last.u);
+        let beside = turn * back * last.length / (back + last.length);
+        if beside > 0.2 * last.tolerance {
+            return;
+        }
+        let part = back / before.length;
+        let at = core::array::from_fn(|i| {
+            before.end[i] - scaled_way(before.end[i] - anchor[i], part)
+        });
+        let first = self.block(&anchor, &at, before.duration * (1.0 - part) * 1.0e-3);
+        let second = self.block(
+            &at,
+            &self.tail,
+            (last.duration + before.duration * part) * 1.0e-3,
+        );
+        let (Ok(first), Ok(second)) = (first, second) else {
+            return;
+        };
+        if let Some(block) = self.ring.get_mut(n - 2) {
+            *block = Block {
+                tolerance: before.tolerance,
+                stop: before.stop,
+                dwell: before.dwell,
+                outside: before.outside,
+                ..first
+            };
+        }
+        if n == 2 {
+            self.enter();
+        }
+        self.anchor = at;
+        self.shape(n - 2);
+        self.replace(Block {
+            tolerance: last.tolerance - beside,
+            ..second
+        });
+    }
+
+    /// Moves the corner at the end of the path outward, by half of what its rounding will stay inside: the path then passes
+    /// near the programmed vertex, and uses the tolerance on both sides. Returns the chord from there.
+    fn swing_out(&mut self, chord: Block<N>, target: &[i64; N], safe: usize) -> Block<N> {
+        let n = self.ring.len();
+        let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
+            return chord;
+        };
+        if old.rapid || chord.rapid || !self.is_open(n - 1, safe) {
+            return chord;
+        }
+        let inside = lesser(old.tolerance, chord.tolerance);
+        // A chord that others may join brings their deviation.
+        let most = if chord.length < SHORT * inside {
+            lesser(inside, chord.tolerance * (1.0 - resample::SHARE))
+        } else {
+            inside
+        };
+        let further = n.checked_sub(2).and_then(|k| self.ring.get(k)).map(|b| b.u);
+        let turn = junction::turn(&self.weight, &old.u, &chord.u);
+        let (corner, _) = corner::passage(
+            &self.scaled,
+            further.as_ref(),
+            &old,
+            &chord,
+            turn,
+            inside + most,
+            old.length,
+        );
+        let outside = lesser(most, corner.deviation(turn) * 0.5);
+        if outside <= 0.0 {
+            return chord;
+        }
+        let way = outside / turn;
+        let at: [i64; N] = core::array::from_fn(|i| {
+            self.tail[i] - profile::length_bits((chord.u[i] - old.u[i]) * way)
+        });
+        let line = self.block(&self.anchor, &at, old.duration * 1.0e-3);
+        let moved = self.block(&at, target, chord.duration * 1.0e-3);
+        let (Ok(line), Ok(moved)) = (line, moved) else {
+            return chord;
+        };
+        self.tail = at;
+        self.replace(Block {
+            tolerance: old.tolerance,
+            stop: old.stop,
+            dwell: old.dwell,
+            outside: old.outside,
+            ..line
+        });
+        Block { outside, ..moved }
     }
 
     /// `line` takes the place of the newest block.
@@ -954,6 +1133,7 @@ impl<const N: usize> Planner<N> {
             self.runner.rest_at(0);
             self.trace.before = None;
             self.cone = None;
+            self.behind = None;
             self.counters.rests = self.counters.rests.wrapping_add(1);
             let here = self.tail;
             self.tail = nearest_steps(&here);
@@ -996,8 +1176,12 @@ impl<const N: usize> Planner<N> {
         }
     }
 
+    pub fn debug_ramp(&self) -> (f32,f32) { match &self.runner.mode { run::Mode::Ramp(r) => (r.acceleration, r.jerk), _ => (0.0,0.0) } }
+    pub fn debug_state(&self) -> (i64, f32, &'static str, Option<(i64,i64,f32,bool)>) {
+        (self.runner.x, self.runner.speed(), match &self.runner.mode { run::Mode::Rest => "rest", run::Mode::Cruise{..} => "cruise", run::Mode::Ramp(r) => if r.slows() {"down"} else {"up"} }, self.runner.window.map(|w| (w.t, w.half, profile::speed_of(w.v), w.passed)))
+    }
     pub fn debug_span(&self, k: usize) -> Option<[f32; 8]> {
-        self.ring.get(k).map(|b| [b.length, b.d, b.z, b.body.v, b.body.slack.at(b.body.v,0.0).a, b.body.slack.at(b.body.v,0.0).j, b.body.entry, b.nominal])
+        self.ring.get(k).map(|b| [b.length, b.d, if b.corner.v>0.0 {-b.corner.v} else {b.z}, b.body.v, b.body.slack.at(b.body.v,0.0).a, b.body.slack.at(b.body.v,0.0).j, b.body.entry, b.nominal])
     }
     fn path_position(&self) -> [i64; N] {
         match self.ring.get(0) {

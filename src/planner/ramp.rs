@@ -50,14 +50,19 @@ impl Steep {
         }
     }
 
+    /// Time of a change of speed by `dv >= 0`.
+    pub fn time(&self, dv: f32) -> f32 {
+        let (t1, t2) = self.times(dv);
+        2.0 * t1 + t2
+    }
+
     /// Distance that a ramp from `v1` to `v2`, or back, takes.
     pub fn distance(&self, v1: f32, v2: f32) -> f32 {
         let dv = Real::abs(v2 - v1);
         if dv <= 0.0 {
             return 0.0;
         }
-        let (t1, t2) = self.times(dv);
-        0.5 * (v1 + v2) * (2.0 * t1 + t2)
+        0.5 * (v1 + v2) * self.time(dv)
     }
 
     /// The highest speed from which a ramp reaches `w` within `dist`.
@@ -200,13 +205,13 @@ impl Climb {
     }
 }
 
-/// What a span leaves to ramps, by the highest speed of the ramp: `1/a` and `1/j` as straight lines over its square and
-/// itself, on the safe side of the curves that they stand for.
+/// What a span leaves to ramps, by the highest speed of the ramp: `1/a` and `1/j` as straight lines over its square. Both
+/// curves are convex (`1/j` within a hundredth), so between rest and the span's own speed limit that is the safe side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slack {
     /// `1/a = a.0 + a.1 v^2`
     pub a: (f32, f32),
-    /// `1/j = j.0 + j.1 v`
+    /// `1/j = j.0 + j.1 v^2`
     pub j: (f32, f32),
 }
 
@@ -219,7 +224,7 @@ impl Slack {
     pub fn at(&self, top: f32, rise: f32) -> Steep {
         let a = 1.0 / (self.a.0 + self.a.1 * top * top);
         // A rise of less than a sixteenth of a sample is none (and keeps the integers of profile.rs in range).
-        let j = lesser(1.0 / (self.j.0 + self.j.1 * top), 16.0 * a);
+        let j = lesser(1.0 / (self.j.0 + self.j.1 * top * top), 16.0 * a);
         Steep::new(a, j, rise)
     }
 

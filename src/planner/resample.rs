@@ -19,11 +19,15 @@
 //!  sagitta  k h^2 / 8,  spline inside its polygon  k h^2 / 6   ==>   h = sqrt(2.6 e / k)  keeps both within their shares
 //! ```
 
+use super::look_ahead::lesser;
 use crate::math::Real;
 
 /// Share of the tolerance for the replaced chords; rounding has the rest, and all of it where nothing is replaced. A spline
 /// uses the two as 1/8 to 1/6 (above).
 pub(super) const SHARE: f32 = 0.42;
+/// Shortest lines that the tolerance is not needed for [ms]: those of a curve are no longer, so that all are alike, and
+/// never shorter than 1/48 of the way in which the motion can stop.
+pub(super) const BEAT: f32 = 8.0;
 /// Length of the lines from curvature and tolerance: `h^2 = 2.6 e / k`, a tenth below what the shares allow.
 const LENGTH: f32 = 2.6;
 /// Lines grow and shrink by at most this factor from one to the next where the path is curved.
@@ -141,8 +145,9 @@ impl Spacing {
         self.0 = self.0.min(ROOM * length);
     }
 
-    /// A line of length `h` is complete, which turns by `turn` from the one before it, of length `before`.
-    pub fn follow(&mut self, turn: f32, before: f32, h: f32, tolerance: f32) {
+    /// A line of length `h` is complete, which turns by `turn` from the one before it, of length `before`. `enough`: length
+    /// above which nothing is gained.
+    pub fn follow(&mut self, turn: f32, before: f32, h: f32, tolerance: f32, enough: f32) {
         if turn > CORNER {
             *self = Self::NONE;
             return;
@@ -152,7 +157,7 @@ impl Spacing {
         if straight {
             self.0 = 2.0 * h;
         } else {
-            self.0 = Real::sqrt(square / turn).clamp(h / GROWTH, h * GROWTH);
+            self.0 = lesser(Real::sqrt(square / turn), enough).clamp(h / GROWTH, h * GROWTH);
         }
     }
 }

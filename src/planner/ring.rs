@@ -76,6 +76,11 @@ impl<const N: usize> Ring<N> {
         }
     }
 
+    /// Takes the newest block out.
+    pub fn drop_last(&mut self) {
+        self.len = self.len.saturating_sub(1);
+    }
+
     pub fn span(&self, i: usize) -> Option<&Span> {
         let block = self.get(i / 2)?;
         Some(if i.is_multiple_of(2) {

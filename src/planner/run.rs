@@ -494,13 +494,15 @@ impl Runner {
             return;
         }
         let (v, time) = match &self.mode {
-            Mode::Ramp(ramp) if ramp.end() + NEAR >= head.bits => {
-                (ramp.end_speed(), ramp.left().cast_signed())
+            Mode::Ramp(ramp) => {
+                let v = ramp.end_speed();
+                let behind = head.bits - ramp.end();
+                if behind > profile::length_bits(corner.calm) {
+                    return;
+                }
+                (v, ramp.left().cast_signed() + time_of(behind, v))
             }
-            Mode::Cruise { until, then: None } if *until + NEAR >= head.bits => {
-                let time = left as f32 / self.v.max(1) as f32 * TIME;
-                (self.v, time as i64)
-            }
+            Mode::Cruise { then: None, .. } => (self.v, time_of(left, self.v)),
             _ => return,
         };
         let half = (corner.time(profile::speed_of(v)) * TICK as f32) as i64;
@@ -742,6 +744,11 @@ impl Runner {
     }
 }
 
+/// Time over a way at constant speed [2^-20 ms].
+fn time_of(way: i64, v: i64) -> i64 {
+    (way as f32 / v.max(1) as f32 * TIME) as i64
+}
+
 /// The highest speed to ramp up to from `v`, `way` before the end of span `i`, with a given rise.
 fn peak<const N: usize>(
     plan: &Plan<'_, N>,
@@ -754,6 +761,7 @@ fn peak<const N: usize>(
 ) -> f32 {
     let mut slack = span.slack;
     let mut through = span.through;
+    let mut best = v;
     let mut m = i + 1;
     loop {
         let climb = |to: f32, way: f32, cap: f32, slack: &Slack, down: f32, calm: f32| {
@@ -769,27 +777,32 @@ fn peak<const N: usize>(
             .peak()
         };
         let Some(next) = plan.ring.span(m) else {
-            return climb(0.0, way, cap, &slack, 0.0, 0.0);
+            return best.max(climb(0.0, way, cap, &slack, 0.0, 0.0));
         };
         let calm = plan.calm(m);
-        let near = || climb(next.entry, way, cap, &slack, plan.rise(m), calm);
+        let near = |cap: f32| climb(next.entry, way, cap, &slack, plan.rise(m), calm);
         if next.entry < cap {
             let here = Span {
                 slack,
                 through,
                 ..*span
             };
-            return match beyond(&here, way, cap, Some(next), plan.cap(m)) {
-                Some(t) => climb(t.speed, t.way, t.cap, &t.slack, t.rise, 0.0).max(near()),
-                None => near(),
-            };
+            best = best.max(near(cap));
+            if let Some(t) = beyond(&here, way, cap, Some(next), plan.cap(m)) {
+                best = best.max(climb(t.speed, t.way, t.cap, &t.slack, t.rise, 0.0));
+            }
+            if best >= next.entry * (1.0 - 1.0e-6) {
+                return best;
+            }
+            // A slower stretch: up to its speed, and on through it.
+            cap = next.entry;
         }
         let steep = slack.at(cap, rise);
         if steep.distance(v, cap) <= (way - calm) * (1.0 - 4.0e-6) {
-            return cap;
+            return best.max(cap);
         }
         if !(through && next.through) {
-            return near();
+            return best.max(near(cap));
         }
         through = next.through;
         slack = slack.and(&next.slack);

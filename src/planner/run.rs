@@ -502,9 +502,16 @@ impl Runner {
                 }
                 (v, ramp.left().cast_signed() + time_of(behind, v))
             }
-            Mode::Cruise { then: None, .. } => (self.v, time_of(left, self.v)),
+            Mode::Cruise { until, then: None } if *until + NEAR >= head.bits => {
+                (self.v, time_of(left, self.v))
+            }
             _ => return,
         };
+        // Else a ramp down is still to come.
+        let most = plan.ring.span(2).map_or(0.0, |corner| corner.entry);
+        if profile::speed_of(v) > most * (1.0 + WORTH) {
+            return;
+        }
         let half = (corner.time(profile::speed_of(v)) * TICK as f32) as i64;
         if v > 0 && time <= half + TICK.cast_signed() {
             self.window = Some(Window {

@@ -151,7 +151,10 @@ fn the_chords_of_a_straight_line_take_no_longer_than_the_line() {
         blocks: (1..=count)
             .map(|k| {
                 let q = k * chord;
-                ([q, 0, -q / 4, 0, q / 8, 0], chord as f32 * 5.0e-6)
+                (
+                    [q, 0, -q / 4, 0, q / 8, 0].map(f64::from),
+                    chord as f32 * 5.0e-6,
+                )
             })
             .collect(),
     };
@@ -231,7 +234,7 @@ fn a_circle_of_ten_thousand_chords_takes_its_length_over_feed_and_the_ramps() {
                     0.0,
                 ];
                 (
-                    q.map(|x: f64| x.round() as i32),
+                    q.map(f64::round),
                     (length / 10_000.0 / feed) as f32,
                 )
             })
@@ -436,7 +439,7 @@ fn moves_of_any_size_and_feed_end_exactly_or_are_refused() {
 fn a_reversal_comes_to_rest_and_a_straight_line_does_not() {
     let limits = Limits::new([50_000.0; 6], [500_000.0; 6], [2e7; 6]).unwrap();
     let path = PathSetting::new([0.003; 6], 0.01).unwrap();
-    let line = |x: i32| ([x, 2 * x, 0, 0, 0, 0], 0.0);
+    let line = |x: i32| ([x, 2 * x, 0, 0, 0, 0].map(f64::from), 0.0);
     let there = Program {
         limits,
         path,

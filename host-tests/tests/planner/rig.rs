@@ -275,6 +275,10 @@ pub fn random_program(seed: u64) -> Program<6> {
         };
         blocks.push((q, duration as f32));
     }
+    // It ends on whole steps: otherwise a little move to them comes on top.
+    if let Some(last) = blocks.last_mut() {
+        last.0 = last.0.map(f64::round);
+    }
     Program {
         limits,
         path,

@@ -3,7 +3,7 @@
 //! ```text
 //!  position  x   2^-32 length       s(t) = s0 + (v0 + (a0/2 + c t) t) t,   c = jerk/6
 //!  speed     v   2^-48 length/ms    v(t) = v0 + (a0 + 3 c t) t
-//!  time      t   2^-20 ms
+//!  time      t   2^-22 ms
 //! ```
 //!
 //! The state at the end of a phase is the start of the next, so nothing ever jumps; the distance of a ramp is known to the
@@ -12,8 +12,10 @@
 
 use super::ramp::Steep;
 
+/// Times have that many bits behind the millisecond: at 100 steps a millisecond, the last one is a 40 000th of a step.
+const FRACTION: u32 = 22;
 /// One millisecond.
-pub(super) const TICK: u64 = 1 << 20;
+pub(super) const TICK: u64 = 1 << FRACTION;
 
 const LENGTH: f32 = 4_294_967_296.0;
 const SPEED: f32 = 281_474_976_710_656.0;
@@ -35,19 +37,33 @@ pub(super) fn speed_of(bits: i64) -> f32 {
     bits as f32 * (1.0 / SPEED)
 }
 
-/// `a * t`, with t in units of 2^-20.
-fn scale(a: i64, t: u64) -> i64 {
-    ((i128::from(a) * i128::from(t)) >> 20) as i64
+/// Way at constant speed [2^-32]; `time` may be negative.
+pub(super) fn way(v: i64, time: i64) -> i64 {
+    // A way may exceed 2^15: shifted to 2^-32 before it is cut to 64 bits.
+    ((i128::from(v) * i128::from(time)) >> (16 + FRACTION)) as i64
 }
 
-/// `a / t`, with t in units of 2^-20.
+/// Time over a way at constant speed.
+pub(super) fn time_over(way: i64, v: i64) -> f32 {
+    /// Length 2^-32 over speed 2^-48 per ms, as time.
+    const TIME: f32 = (1u64 << (16 + FRACTION)) as f32;
+    way as f32 / v.max(1) as f32 * TIME
+}
+
+/// `a * t`, with t in units of `FRACTION`.
+fn scale(a: i64, t: u64) -> i64 {
+    ((i128::from(a) * i128::from(t)) >> FRACTION) as i64
+}
+
+/// `a / t`, with t in units of `FRACTION`.
 fn unscale(a: i64, t: u64) -> i64 {
     if t == 0 {
         return 0;
     }
-    // |a| below 2^63: the quotient's whole part, then 20 more bits of the remainder (t is below 2^40).
+    // |a| below 2^63: the quotient's whole part, then 22 more bits of the remainder (t is below 2^41: two rises of 100 s).
     let (whole, rest) = (a.unsigned_abs() / t, a.unsigned_abs() % t);
-    let bits = whole.saturating_mul(1 << 20).min(1 << 62) as i64 + ((rest << 20) / t) as i64;
+    let bits =
+        whole.saturating_mul(1 << FRACTION).min(1 << 62) as i64 + ((rest << FRACTION) / t) as i64;
     if a < 0 { -bits } else { bits }
 }
 
@@ -85,8 +101,7 @@ struct Phase {
 impl Phase {
     fn way(&self, v: i64, t: u64) -> i64 {
         let slope = (self.acceleration >> 1) + scale(self.sixth, t);
-        // A way may exceed 2^15: shifted to 2^-32 before it is cut to 64 bits.
-        ((i128::from(v + scale(slope, t)) * i128::from(t)) >> 36) as i64
+        way(v + scale(slope, t), t.cast_signed())
     }
 
     fn speed(&self, v: i64, t: u64) -> i64 {

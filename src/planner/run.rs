@@ -18,8 +18,6 @@ use super::ring::Ring;
 
 /// A change of speed below this share is not worth a ramp.
 const WORTH: f32 = 2.0e-3;
-/// Length 2^-32 over speed 2^-48 per ms, as time 2^-20 ms.
-const TIME: f32 = (1u64 << 36) as f32;
 /// A limit passed by less than this factor is kept.
 const USABLE: f32 = 1.002;
 /// Events within one millisecond before the rest is left to the next one.
@@ -48,7 +46,7 @@ pub(super) struct Descent {
 /// The time around the passage of a corner in which nothing is decided anew.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// Time since the passage, and half of the window [2^-20 ms].
+    /// Time since the passage, and half of the window [a 2^22th ms].
     pub t: i64,
     pub half: i64,
     /// Speed of the passage [2^-48 length/ms].
@@ -377,9 +375,9 @@ impl Runner {
                 }
                 Mode::Cruise { until, then } => {
                     let left = until - self.x;
-                    let needed = left as f32 / self.v.max(1) as f32 * TIME;
+                    let needed = profile::time_over(left, self.v);
                     if left > 0 && needed >= time as f32 {
-                        self.x += ((i128::from(self.v) * i128::from(time)) >> 36) as i64;
+                        self.x += profile::way(self.v, time.cast_signed());
                         self.x = self.x.min(until);
                         Window::run(&mut self.window, time);
                         time = 0;
@@ -500,10 +498,10 @@ impl Runner {
                 if behind > profile::length_bits(corner.calm) {
                     return;
                 }
-                (v, ramp.left().cast_signed() + time_of(behind, v))
+                (v, ramp.left().cast_signed() + profile::time_over(behind, v) as i64)
             }
             Mode::Cruise { until, then: None } if *until + NEAR >= head.bits => {
-                (self.v, time_of(left, self.v))
+                (self.v, profile::time_over(left, self.v) as i64)
             }
             _ => return,
         };
@@ -531,7 +529,7 @@ impl Runner {
     /// Way up to the end of the window behind a corner; 0 elsewhere.
     fn calm_left(&self) -> i64 {
         match &self.window {
-            Some(w) => ((i128::from(self.v) * i128::from(w.half - w.t)) >> 36) as i64 + 1,
+            Some(w) => profile::way(self.v, w.half - w.t) + 1,
             None => 0,
         }
     }
@@ -749,11 +747,6 @@ impl Runner {
             self.ramp_to(w, &steep);
         }
     }
-}
-
-/// Time over a way at constant speed [2^-20 ms].
-fn time_of(way: i64, v: i64) -> i64 {
-    (way as f32 / v.max(1) as f32 * TIME) as i64
 }
 
 /// The highest speed to ramp up to from `v`, `way` before the end of span `i`, with a given rise.

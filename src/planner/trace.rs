@@ -124,8 +124,9 @@ impl<const N: usize> Trace<N> {
                 _ => return q,
             };
             // The triangle in time, as a length at the speed of the passage.
-            let length = |t: i64| ((i128::from(window.v) * i128::from(t)) >> 36) as i64;
-            let round = Hat::new(profile::length_of(length(window.half))).bulge(length(window.t.abs()));
+            let half = profile::way(window.v, window.half);
+            let beside = profile::way(window.v, window.t.abs());
+            let round = Hat::new(profile::length_of(half)).bulge(beside);
             if round > 0 {
                 for i in 0..N {
                     q[i] += along(direction_bits(to[i] - from[i]), round);

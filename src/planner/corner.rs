@@ -22,7 +22,7 @@
 use super::block::Block;
 use super::limits::Scaled;
 use super::look_ahead::{greater, lesser};
-use super::ramp::Steep;
+use super::ramp::{Climb, Steep};
 use crate::math::Real;
 
 /// A corner's bond between speed and time.
@@ -73,6 +73,45 @@ impl Corner {
     }
 }
 
+/// A straight block, for guesses of its time.
+struct Leg {
+    way: f32,
+    a: f32,
+    j: f32,
+    top: f32,
+}
+
+impl Leg {
+    /// With speed `v` at both ends, and ramps of a given rise.
+    fn alike(&self, v: f32, rise: f32, share: f32) -> f32 {
+        let steep = Steep::new(self.a, self.j * share, rise);
+        let half = 0.5 * self.way;
+        let p = lesser(steep.fastest(half, v), self.top);
+        let ramp = if p > v { steep.time(p - v) } else { 0.0 };
+        2.0 * (ramp + greater(half - steep.distance(v, p), 0.0) / greater(p, 1.0e-12))
+    }
+
+    /// From rest to speed `v`, where a ramp down has a given rise and the last part, `calm`, is crossed without a ramp up.
+    fn from_rest(&self, v: f32, rise: f32, calm: f32, share: f32) -> f32 {
+        let up = Steep::new(self.a, self.j * share, 0.0);
+        let down = Steep::new(self.a, self.j * share, rise);
+        let climb = Climb {
+            way: self.way,
+            from: 0.0,
+            to: v,
+            cap: self.top,
+            up,
+            down,
+            calm,
+        };
+        let p = climb.peak();
+        let lower = lesser(v, p);
+        let ramps = up.time(p) + if p > v { down.time(p - v) } else { 0.0 };
+        let ramped = up.distance(0.0, p) + down.distance(p, lower);
+        ramps + greater(self.way - ramped, 0.0) / greater(p, 1.0e-12)
+    }
+}
+
 /// The passage from `before` to `block`, and its time from the middle of one to the middle of the other; a stop where that is
 /// as soon. `further`: the direction before `before`; `turn`: weighted length of `du`; `deviation`: how far the rounding may
 /// stay inside of the polygon; `room`: how much of the end of `before` is free.
@@ -84,7 +123,7 @@ pub(super) fn passage<const N: usize>(
     turn: f32,
     deviation: f32,
     room: f32,
-) -> (Corner, f32) {
+) -> (Corner, [f32; 2]) {
     let straight = |u: &[f32; N]| {
         let (mut a, mut j, mut v) = (0.0f32, 0.0f32, 0.0f32);
         for i in 0..N {
@@ -99,21 +138,25 @@ pub(super) fn passage<const N: usize>(
     let (v2, a2, j2) = straight(&block.u);
     let half1 = lesser(0.5 * before.length, room);
     let half2 = 0.5 * block.length;
-    // Time from the corner at speed v to the middle of a block, as if its other end were alike.
-    let time = |v: f32, rise: f32, way: f32, a: f32, j: f32, top: f32| {
-        let steep = Steep::new(1.0 / a, 1.0 / j, rise);
-        let p = lesser(steep.fastest(way, v), top);
-        let (t1, t2) = steep.times(greater(p - v, 0.0));
-        let ramped = steep.distance(v, p);
-        (if p > v { 2.0 * t1 + t2 } else { 0.0 }) + (way - ramped) / greater(p, 1.0e-12)
-    };
     let (top1, top2) = (lesser(before.nominal, v1), lesser(block.nominal, v2));
-    let stopping = time(0.0, 0.0, 0.5 * before.length, a1, j1, top1)
-        + time(0.0, 0.0, half2, a2, j2, top2);
-    let mut best = stopping * (1.0 - DOUBT);
+    let leg1 = Leg {
+        way: before.length,
+        a: 1.0 / a1,
+        j: 1.0 / j1,
+        top: top1,
+    };
+    let leg2 = Leg {
+        way: block.length,
+        a: 1.0 / a2,
+        j: 1.0 / j2,
+        top: top2,
+    };
+    // Twice the half that ends at the corner, as if the other end were alike; and as if that were a stop.
+    let stopping = [leg1.alike(0.0, 0.0, 1.0) + leg2.alike(0.0, 0.0, 1.0); 2];
+    let mut best = stopping.map(|t| t * (1.0 - DOUBT));
     let mut found = Corner::STOP;
     if deviation <= 0.0 || turn <= 0.0 {
-        return (found, stopping);
+        return (found, best);
     }
     let per_turn = 1.0 / turn;
     // The rounding of the vertex before may reach into the window: its share of each joint's jerk.
@@ -182,9 +225,11 @@ pub(super) fn passage<const N: usize>(
             }
             corner.v = v;
             corner.calm = way;
-            let passing = time(v, t, 0.5 * before.length, a1, j1 / share, top1)
-                + time(v, t, half2, a2, j2 / share, top2);
-            if passing < best {
+            let passing = [
+                leg1.alike(v, t, share) + leg2.alike(v, t, share),
+                leg1.from_rest(v, t, way, share) + leg2.from_rest(v, t, way, share),
+            ];
+            if passing[0] < best[0] && passing[1] < best[1] {
                 best = passing;
                 found = corner;
             }

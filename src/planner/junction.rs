@@ -19,7 +19,7 @@ use crate::math::Real;
 /// Deviation that is none: a thousandth of a step of the coarsest joint.
 const NOTHING: f32 = 1.0e-3;
 /// A wide blend in a sharp turn must save this share of the time, for the other ends of its blocks are guessed.
-const WIDE_DOUBT: f32 = 0.25;
+const WIDE_DOUBT: f32 = 0.45;
 /// Turn up to which ramps run through a narrow zone, about 17 degrees.
 const GENTLE: f32 = 0.3;
 
@@ -78,7 +78,7 @@ pub(super) fn decide<const N: usize>(
     let (corner, time) = corner::passage(scaled, further, before, block, turn, inside, room);
     if d >= 0.5 * l1.max(l2) {
         block.d = d;
-        if held_time(scaled, further, before, block) < time * (1.0 - WIDE_DOUBT) {
+        if held_time(scaled, further, before, block) < time[0] * (1.0 - WIDE_DOUBT) {
             return;
         }
         block.d = 0.0;
@@ -122,8 +122,7 @@ pub(super) fn set_zone<const N: usize>(
     block.zone.limit(2.0 * block.z, limit, gentle);
 }
 
-/// Time from the middle of one block to that of the other, where the hat between them holds its speed through both halves
-/// [ms]; where the next one turns back, its third derivative doubles.
+/// Time of both blocks where the hat between them holds its speed [ms]; where the next one turns back, its third derivative doubles.
 fn held_time<const N: usize>(
     scaled: &Scaled<N>,
     further: Option<&[f32; N]>,
@@ -132,5 +131,5 @@ fn held_time<const N: usize>(
 ) -> f32 {
     let zone = block::zone(scaled, further, before, block, None, SMOOTH);
     let v = 0.79 * zone.v;
-    0.5 * (before.length / v.min(before.nominal) + block.length / v.min(block.nominal))
+    before.length / v.min(before.nominal) + block.length / v.min(block.nominal)
 }

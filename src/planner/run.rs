@@ -498,10 +498,11 @@ impl Runner {
                 if behind > profile::length_bits(corner.calm) {
                     return;
                 }
-                (v, ramp.left().cast_signed() + profile::time_over(behind, v) as i64)
+                let behind = profile::exact_time_over(behind.max(0), v);
+                (v, ramp.left().cast_signed().saturating_add(behind))
             }
             Mode::Cruise { until, then: None } if *until + NEAR >= head.bits => {
-                (self.v, profile::time_over(left, self.v) as i64)
+                (self.v, profile::exact_time_over(left.max(0), self.v))
             }
             _ => return,
         };

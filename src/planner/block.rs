@@ -216,6 +216,8 @@ struct Shares {
     along_j: f32,
     mixed_j: f32,
     round_j: f32,
+    /// What a short stretch adds to `q'''`, which is felt the less the faster it is passed: over `v^2`.
+    short_j: f32,
 }
 
 /// Speeds at the ends of a span that no ramp crosses; infinite where ramps do.
@@ -310,10 +312,11 @@ fn limit<const N: usize>(
             round_a: s.m2 * scaled.inverse_a[i],
             along_j: s.m1 * inverse_j / spare,
             mixed_j: 3.0 * s.m2 * inverse_j,
-            round_j: (s.m3 + s.alone * felt) * inverse_j,
+            round_j: s.m3 * inverse_j,
+            short_j: s.alone * felt * v * inverse_j,
         };
         slow_a = greater(slow_a, share.along_a);
-        slower_j = greater(slower_j, share.along_j / (1.0 - v * v * v * share.round_j));
+        slower_j = greater(slower_j, share.along_j / (1.0 - v * v * (v * share.round_j + share.short_j)));
         shares[i] = share;
     }
     let mut slack = Slack {
@@ -363,7 +366,7 @@ fn ramps<const N: usize>(shares: &[Shares; N], v: f32, a: f32, j: f32) -> (f32, 
                     x = left / (along * s.along_a);
                 }
             }
-            let left = 1.0 - w * w * (w * s.round_j);
+            let left = 1.0 - w * w * (w * s.round_j + s.short_j);
             let mixed = along * w * s.mixed_j;
             if x * (mixed + x * s.along_j) > left {
                 x = 2.0 * left

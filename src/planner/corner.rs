@@ -43,6 +43,8 @@ pub(super) struct Corner {
 
 /// Shares of the jerk that ramps at a corner may use: what is left is for rounding.
 const SHARES: [f32; 3] = [1.0, 0.8, 0.6];
+/// Two windows within a sample would add up in it [ms].
+const SHORTEST: f32 = 0.7;
 /// Room for rounding of numbers and for time in whole samples.
 const SPARE: f32 = 0.985;
 /// A corner passed must save this share of the time of a stop, for the other ends of its blocks are guessed.
@@ -62,6 +64,11 @@ impl Corner {
         self.v > 0.0
     }
 
+    /// Way of its window before or behind it at constant speed v.
+    pub fn calm_at(&self, v: f32) -> f32 {
+        v * self.time(v)
+    }
+
     /// How far the rounding stays inside of the polygon at its highest speed.
     pub fn deviation(&self, turn: f32) -> f32 {
         self.v * turn * self.time(self.v) * (1.0 / 6.0)
@@ -69,7 +76,10 @@ impl Corner {
 
     /// T for a passage at speed v [ms].
     pub fn time(&self, v: f32) -> f32 {
-        greater(Real::sqrt(v * self.by_jerk), v * self.by_acceleration)
+        greater(
+            greater(Real::sqrt(v * self.by_jerk), v * self.by_acceleration),
+            SHORTEST,
+        )
     }
 }
 
@@ -91,8 +101,9 @@ impl Leg {
         2.0 * (ramp + greater(half - steep.distance(v, p), 0.0) / greater(p, 1.0e-12))
     }
 
-    /// From rest to speed `v`, where a ramp down has a given rise and the last part, `calm`, is crossed without a ramp up.
-    fn from_rest(&self, v: f32, rise: f32, calm: f32, share: f32) -> f32 {
+    /// From rest to the speed of a corner, through whose window no ramp up leads.
+    fn from_rest(&self, corner: &Corner, rise: f32) -> f32 {
+        let (v, share) = (corner.v, corner.share);
         let up = Steep::new(self.a, self.j * share, 0.0);
         let down = Steep::new(self.a, self.j * share, rise);
         let climb = Climb {
@@ -102,7 +113,7 @@ impl Leg {
             cap: self.top,
             up,
             down,
-            calm,
+            corner: Some(*corner),
         };
         let p = climb.peak();
         let lower = lesser(v, p);
@@ -227,7 +238,7 @@ pub(super) fn passage<const N: usize>(
             corner.calm = way;
             let passing = [
                 leg1.alike(v, t, share) + leg2.alike(v, t, share),
-                leg1.from_rest(v, t, way, share) + leg2.from_rest(v, t, way, share),
+                leg1.from_rest(&corner, t) + leg2.from_rest(&corner, t),
             ];
             if passing[0] < best[0] && passing[1] < best[1] {
                 best = passing;

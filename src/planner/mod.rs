@@ -1111,6 +1111,12 @@ impl<const N: usize> Planner<N> {
             time = left;
             if let Passed::Vertex = passed {
                 self.leave();
+                // A ramp may have crossed several short blocks.
+                while self.ring.len() > 1
+                    && self.ring.get(0).is_some_and(|b| self.runner.x >= b.bits)
+                {
+                    self.leave();
+                }
             }
             if time == 0 {
                 break;

@@ -13,6 +13,7 @@
 //! Both ends are at zero acceleration, so a ramp may follow any other. For a straight move the chain *up, cruise, down* is
 //! the time-optimal jerk-limited profile, at every length. Units: any length, ms.
 
+use super::corner::Corner;
 use super::look_ahead::{greater, lesser};
 use crate::math::Real;
 
@@ -129,8 +130,8 @@ pub(super) struct Climb {
     pub cap: f32,
     pub up: Steep,
     pub down: Steep,
-    /// Way at constant speed before the end, where no ramp down leads there.
-    pub calm: f32,
+    /// The corner at the end: where no ramp down leads there, its window is crossed at constant speed.
+    pub corner: Option<Corner>,
 }
 
 impl Climb {
@@ -138,7 +139,7 @@ impl Climb {
         let behind = if p > self.to {
             self.down.distance(p, self.to)
         } else {
-            self.calm
+            self.corner.map_or(0.0, |c| c.calm_at(p))
         };
         self.up.distance(self.from, p) + behind
     }

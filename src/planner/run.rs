@@ -11,6 +11,7 @@
 //! ends early and any slowing that leaves the next planned ramp its room.
 
 use super::block::{Span, Target};
+use super::corner::Corner;
 use super::look_ahead::{self, Factors, adjacent, beyond, lesser};
 use super::profile::{self, Ramp, TICK};
 use super::ramp::{Climb, Slack, Steep};
@@ -146,9 +147,9 @@ impl<const N: usize> Plan<'_, N> {
         self.ring.corner_at(i).map_or(0.0, |c| c.rise)
     }
 
-    /// Way before the start of span `i` in which the speed must stay, where no ramp down leads to it.
-    fn calm(&self, i: usize) -> f32 {
-        self.ring.corner_at(i).map_or(0.0, |c| c.calm)
+    /// Way before the start of span `i` in which the speed v must stay, where no ramp down leads to it.
+    fn calm(&self, i: usize, v: f32) -> f32 {
+        self.ring.corner_at(i).map_or(0.0, |c| c.calm_at(v))
     }
 
     /// Where a ramp down may lead from `way` before the end of span `i`.
@@ -198,7 +199,7 @@ impl<const N: usize> Plan<'_, N> {
     pub fn is_feasible(&self, x: i64, v: f32) -> bool {
         let i = self.locate(x);
         let way = profile::length_of(self.start(i + 1) - x);
-        if self.ring.span(i + 1).is_some_and(|n| v <= n.entry) && way >= self.calm(i + 1) {
+        if self.ring.span(i + 1).is_some_and(|n| v <= n.entry) && way >= self.calm(i + 1, v) {
             return true;
         }
         let (near, far) = self.targets(i, way);
@@ -319,7 +320,7 @@ impl Runner {
                 v = lesser(v, next.entry);
                 slack = next.slack;
                 // No ramp down begins in the window behind a corner.
-                way = next.length - i.checked_sub(1).map_or(0.0, |k| plan.calm(k));
+                way = next.length - i.checked_sub(1).map_or(0.0, |k| plan.calm(k, v));
                 needed = to_rest(v, &slack);
             }
             span = next;
@@ -592,7 +593,9 @@ impl Runner {
             if end - self.x < NEAR {
                 self.x = end;
             } else {
-                self.v = 1 << 20;
+                // A quarter of a sample's worth of jerk is a speed that comes and goes at once.
+                let j = plan.ring.span(i).map_or(0.0, |s| s.slack.at(0.0, 0.0).j);
+                self.v = profile::speed_bits(0.25 * j).max(1 << 20);
                 self.cruise(end);
             }
             return;
@@ -707,7 +710,7 @@ impl Runner {
                 Some(next) => {
                     // A corner lies ahead, at constant speed or a lower one: as slow as may be until there, but not crawling.
                     let steep = slack.at(v, 0.0);
-                    let reach = reach - plan.calm(k);
+                    let reach = reach - plan.calm(k, v);
                     w = steep
                         .slowest(reach, v)
                         .max(w)
@@ -765,7 +768,7 @@ fn peak<const N: usize>(
     let mut best = v;
     let mut m = i + 1;
     loop {
-        let climb = |to: f32, way: f32, cap: f32, slack: &Slack, down: f32, calm: f32| {
+        let climb = |to: f32, way: f32, cap: f32, slack: &Slack, down: f32, corner: Option<&Corner>| {
             Climb {
                 way,
                 from: v,
@@ -773,15 +776,15 @@ fn peak<const N: usize>(
                 cap,
                 up: slack.at(cap, rise),
                 down: slack.at(cap, down),
-                calm,
+                corner: corner.copied(),
             }
             .peak()
         };
         let Some(next) = plan.ring.span(m) else {
-            return best.max(climb(0.0, way, cap, &slack, 0.0, 0.0));
+            return best.max(climb(0.0, way, cap, &slack, 0.0, None));
         };
-        let calm = plan.calm(m);
-        let near = |cap: f32| climb(next.entry, way, cap, &slack, plan.rise(m), calm);
+        let corner = plan.ring.corner_at(m);
+        let near = |cap: f32| climb(next.entry, way, cap, &slack, plan.rise(m), corner);
         if next.entry < cap {
             let here = Span {
                 slack,
@@ -790,7 +793,7 @@ fn peak<const N: usize>(
             };
             best = best.max(near(cap));
             if let Some(t) = beyond(&here, way, cap, Some(next), plan.cap(m)) {
-                best = best.max(climb(t.speed, t.way, t.cap, &t.slack, t.rise, 0.0));
+                best = best.max(climb(t.speed, t.way, t.cap, &t.slack, t.rise, None));
             }
             if best >= next.entry * (1.0 - 1.0e-6) {
                 return best;
@@ -799,7 +802,7 @@ fn peak<const N: usize>(
             cap = next.entry;
         }
         let steep = slack.at(cap, rise);
-        if steep.distance(v, cap) <= (way - calm) * (1.0 - 4.0e-6) {
+        if steep.distance(v, cap) <= (way - plan.calm(m, cap)) * (1.0 - 4.0e-6) {
             return best.max(cap);
         }
         if !(through && next.through) {

@@ -1082,3 +1082,30 @@ fn a_contour_that_is_left_is_told() {
     // Nearest to the corner when the tolerance is just used: a corner of 90 degrees, cut by at most 1 mm and a step.
     assert!(as_run.contour.largest <= 1.0 + 0.02);
 }
+
+/// Legs that turn by 170 degrees lie beside each other for a long way, a little more than a step apart near the corners.
+#[test]
+fn a_star_of_sharp_corners_is_compared_leg_by_leg() {
+    let mut at = [0.0f64; 2];
+    let legs: Vec<String> = (0..36)
+        .map(|k| {
+            let (s, c) = (170.0 * f64::from(k)).to_radians().sin_cos();
+            at = [at[0] + 40.0 * c, at[1] + 40.0 * s];
+            format!("[{:.5}, {:.5}, 0, 0, 0, 0]", at[0], at[1])
+        })
+        .collect();
+    let machine = MACHINE
+        .replace("[100, 100, 100,", "[80, 80, 80,")
+        .replace("[50, 50, 50,", "[200, 200, 200,");
+    let text = format!(
+        "kind = \"path\"\n{machine}[path]\nfeed = 6000\npoints = [{}]\n",
+        legs.join(", ")
+    );
+
+    let (job, outcome) = ran(&text);
+    let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+
+    assert!(figures.contour.largest <= figures.allowed());
+    assert!(figures.contour.cut <= figures.contour.largest);
+    assert!(figures.keeps_contour());
+}

@@ -26,7 +26,6 @@ impl<'a> PathFigures<'a> {
         // The path begins at rest at 0.
         let mut points = vec![[0.0; 6]];
         points.extend(path.points.iter().map(|point| point.at));
-        let slack = 4.0 * (path.contour.tolerance + path.step());
         Self {
             motors: Motors::of(
                 &outcome.trace,
@@ -38,7 +37,7 @@ impl<'a> PathFigures<'a> {
                 &points,
                 &path.axes.map(|axis| axis.steps_per_unit),
                 &path.contour.weights(),
-                slack,
+                path.is_stopped(),
             ),
             job,
             path,

@@ -2,6 +2,7 @@
 
 pub mod calc;
 pub mod cli;
+pub mod duel;
 pub mod emulator;
 pub mod export;
 pub mod files;

@@ -142,11 +142,11 @@ impl Csv {
     }
 }
 
-/// The points of a CSV file.
+/// The points of a CSV file, and its columns of joints: motor and name.
 ///
 /// # Errors
 /// Everything that can be wrong with a cell, with its line and column.
-pub(super) fn read_csv(csv: &Csv) -> Result<Vec<Row>, JobError> {
+pub(super) fn read_csv(csv: &Csv) -> Result<(Vec<Row>, Vec<(usize, String)>), JobError> {
     let mut lines = csv.lines();
     let Some((line, head)) = lines.next() else {
         let detail =
@@ -169,7 +169,13 @@ pub(super) fn read_csv(csv: &Csv) -> Result<Vec<Row>, JobError> {
         let detail = "no row follows the names of the columns; a path has at least one point";
         return Err(csv.refuse(place, None, "OutOfRange", detail.into()));
     }
-    Ok(rows)
+    let joints = columns
+        .into_iter()
+        .filter_map(|(column, name)| match column {
+            Column::Joint(motor) => Some((motor, name)),
+            _ => None,
+        });
+    Ok((rows, joints.collect()))
 }
 
 /// A circle in two joints, from the start of the path on: `chords` of them make a turn, and there are `count`.

@@ -94,41 +94,40 @@ pub fn apart<const D: usize>(
         }
     }
 
-    // Every vertex, and every point that the finest thinning keeps; where that is too much, what was looked at last.
+    // Every vertex and every point; where that is too much, what was looked at last.
     let mut found = Apart {
         distance: high,
         ..Apart::default()
     };
     let leash = high + 2.0 * grain.max(high / 200.0);
     let mut notes = Notes::new(polyline.len());
-    let m = pick(motion, &levels[0].motion);
     let done = sweep(
-        &m,
+        motion,
         polyline,
         leash,
         ends_early,
         MOST_CELLS,
         Some(&mut notes),
     );
-    let coarsest = levels.len() - 1;
-    let (kept, chords) = if done == Some(true) {
-        (&levels[0].motion, None)
-    } else {
-        let Thinned {
-            motion: m,
-            polyline: p,
-        } = &levels[coarsest];
+    let thinned = levels.last().filter(|_| done != Some(true));
+    if let Some(Thinned {
+        motion: m,
+        polyline: p,
+    }) = thinned
+    {
         notes = Notes::new(p.len());
         let (m, p) = (pick(motion, m), pick(polyline, p));
         sweep(&m, &p, leash, ends_early, u64::MAX, Some(&mut notes));
-        (&levels[coarsest].motion, Some(&levels[coarsest].polyline))
-    };
+    }
     found.cut = notes.largest_cut().min(high);
     found.aside = notes.aside;
     for aside in &mut found.aside {
+        if let Some(thinned) = thinned {
+            aside.point = thinned.motion[aside.point.min(thinned.motion.len() - 1)];
+            aside.chord = thinned.polyline[aside.chord];
+        }
         // A motion of one point has been doubled.
-        aside.point = kept[aside.point.min(kept.len() - 1)];
-        aside.chord = chords.map_or(aside.chord, |chords| chords[aside.chord]);
+        aside.point = aside.point.min(motion.len() - 1);
         aside.distance = aside.distance.min(high);
     }
     found

@@ -157,7 +157,7 @@ fn ripple(speeds: &[f64], first_joint: &[f64], steady: Steady) -> Option<(f64, f
         Steady::Legs(legs, from, to) => {
             let place = shares[k] * f64::from(legs);
             let within = place.fract();
-            (within > from && within < to).then(|| place as usize)
+            (within > from && within < to).then_some(place as usize)
         }
         Steady::Between(from, to) => (first_joint[k] > from && first_joint[k] < to).then_some(0),
     };

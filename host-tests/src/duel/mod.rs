@@ -80,7 +80,7 @@ pub fn job(contest: &Contest, steps: f64, jerk: f64) -> String {
         "kind = \"path\"\n[path]\ntolerance = {TOLERANCE}\nfeed = {:?}\npoints = [{}]\n[machine]\nsteps_per_unit = {:?}\n\
          max_rate = {:?}\nacceleration = {:?}\njerk = {:?}\ntravel = {:?}\n",
         contest.feed,
-        points.join(", "),
+        points.join(",\n"),
         [steps; 6],
         [VELOCITY; 6],
         [ACCELERATION; 6],

@@ -131,6 +131,11 @@ impl PathJob {
         self.has_cue(|action| matches!(action, Action::Stop))
     }
 
+    /// Whether one lets motors rest where no point is, and so between steps.
+    pub fn rests_anywhere(&self) -> bool {
+        self.has_cue(|action| matches!(action, Action::Hold | Action::Stop))
+    }
+
     pub fn is_trimmed(&self) -> bool {
         self.has_cue(|action| matches!(action, Action::Trim { .. }))
     }

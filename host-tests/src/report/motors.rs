@@ -55,13 +55,15 @@ pub struct Motors {
     pub figures: Vec<MotorFigures>,
     /// Window over which speeds and accelerations were rebuilt [s].
     pub window: f64,
+    /// Half steps that a motor may be from where its last pulse leaves it: one, or two where it may rest between steps.
+    pub half_steps: f64,
 }
 
 /// What says that limits count as kept although a value lies above them.
 pub const ALLOWED: &str = "Where a motor starts, stops or turns, its first pulse tells of half a step at once; \
     acceleration and jerk are judged with what that can look like in the window, which is less the finer the steps are. \
-    Limits count as kept within 2 %, jerk, which corners may have, within 10 %, and half a step on top: a value above \
-    its limit stands beside what is allowed.";
+    Limits count as kept within 2 %, jerk, which corners may have, within 10 %, and half a step on top, a whole one where \
+    motors may rest between steps: a value above its limit stands beside what is allowed.";
 
 /// A limit counts as kept within this share of it: 2 % (motion.md), and 10 % for jerk, which corners may have.
 pub const TOLERANCE: f64 = 1.02;
@@ -252,6 +254,7 @@ impl Motors {
         Self {
             figures: figures.collect(),
             window,
+            half_steps: 1.0,
         }
     }
 
@@ -377,9 +380,11 @@ impl Motors {
         Some(match limited {
             Limited::Rate | Limited::Speed => limit * TOLERANCE,
             Limited::Acceleration => {
-                limit * TOLERANCE + HALF_STEP_ACCELERATION / self.window.powi(2)
+                limit * TOLERANCE + self.half_steps * HALF_STEP_ACCELERATION / self.window.powi(2)
             }
-            Limited::Jerk => limit * JERK_TOLERANCE + HALF_STEP_JERK / self.window.powi(3),
+            Limited::Jerk => {
+                limit * JERK_TOLERANCE + self.half_steps * HALF_STEP_JERK / self.window.powi(3)
+            }
         })
     }
 
@@ -587,27 +592,38 @@ impl Motors {
     }
 }
 
-/// Length of the stretch of time in which pins are shown [counts], and how many such stretches are looked at.
+/// Length of the stretch of time in which pins are shown [counts], and how many such stretches are looked at, at most.
 const MILLISECOND: u64 = TICK_HZ / 1000;
-const STRETCHES: u32 = 100;
+const STRETCHES: usize = 200;
 
-/// Beginning of the millisecond between two times [s] in which most motors step, and the one nearest to the middle of
-/// those that are alike [counts]. Of a hundred that are spread evenly, each moved on to the next step.
+/// Beginning of the millisecond between two times [s] in which most motors step, and of those that are alike the one
+/// nearest to the middle [counts]. Looked at are those that begin at a step, spread evenly over all steps.
 fn busiest<const N: usize>(trace: &Trace<N>, first: f64, last: f64) -> u64 {
     let count = |t: f64| (t.max(0.0) * TICK_HZ as f64) as u64;
-    let middle = count((first + last) / 2.0);
-    let stretch = |k: u32| {
-        let share = f64::from(k) / f64::from(STRETCHES);
-        let from = count(first + share * (last - first));
-        let mut pulses = trace.pulses_from(from).peekable();
+    let (first, last) = (count(first), count(last));
+    let mut starts: Vec<u64> = Vec::new();
+    let mut stride = 1;
+    let between = trace.pulses_from(first);
+    for (index, pulse) in between.take_while(|p| p.time <= last).enumerate() {
+        if index % stride == 0 {
+            starts.push(pulse.time);
+        }
+        if starts.len() > STRETCHES {
+            // Every other of them; the first stays.
+            let mut place = 0;
+            starts.retain(|_| {
+                place += 1;
+                place % 2 == 1
+            });
+            stride *= 2;
+        }
+    }
+    let middle = first.midpoint(last);
+    let stretch = |start: u64| {
         // A little ahead of its first step.
-        let step = pulses.peek().map_or(from, |pulse| pulse.time);
-        let from = if step < from + MILLISECOND {
-            from
-        } else {
-            step - MILLISECOND / 10
-        };
-        let shown = pulses.take_while(|pulse| pulse.time < from + MILLISECOND);
+        let from = start.saturating_sub(MILLISECOND / 20);
+        let shown = trace.pulses_from(from);
+        let shown = shown.take_while(|pulse| pulse.time < from + MILLISECOND);
         let motors = shown.fold(0u8, |motors, pulse| motors | pulse.motors);
         (
             motors.count_ones(),
@@ -615,10 +631,8 @@ fn busiest<const N: usize>(trace: &Trace<N>, first: f64, last: f64) -> u64 {
             from,
         )
     };
-    (0..=STRETCHES)
-        .map(stretch)
-        .max()
-        .map_or(middle, |best| best.2)
+    let best = starts.into_iter().map(stretch).max();
+    best.map_or(middle, |best| best.2)
 }
 
 /// Samples from `from` to `to` [s].

@@ -33,6 +33,7 @@ impl<'a> PathFigures<'a> {
         }
         let window = window_for(&path.axes, path.moves());
         let mut motors = Motors::of(&outcome.trace, &channels, window);
+        motors.half_steps = if path.rests_anywhere() { 2.0 } else { 1.0 };
         let figures = motors.figures.into_iter().enumerate();
         let has = figures.filter(|(motor, _)| path.joints.contains(motor));
         motors.figures = has.map(|(_, figures)| figures).collect();
@@ -461,8 +462,8 @@ impl<'a> PathFigures<'a> {
             (*from, *to, kind)
         });
         Strip::new("What ruled", "time [s]", from, to)
-            .lane("limit", limits, by_limit)
-            .lane("joint", names, by_joint)
+            .lane("what", limits, by_limit)
+            .lane("of", names, by_joint)
             .svg()
     }
 

@@ -138,7 +138,7 @@ fn shaken(curve: &[[f64; 3]], by: f64, r: &mut Random) -> Vec<[f64; 3]> {
 
 #[test]
 fn random_curves_are_as_far_apart_as_by_many_pieces() {
-    for seed in 1..=80 {
+    for seed in 1..=50 {
         let r = &mut Random::new(seed);
         let polyline = random_polyline(r);
         let other = match r.below(3) {
@@ -258,7 +258,7 @@ fn motion(trace: &Trace<6>) -> Vec<[f64; 6]> {
 /// Whole programs through the machine: what the report tells of them.
 #[test]
 fn reports_on_random_programs_tell_the_distance_by_many_pieces() {
-    for seed in 1..=25 {
+    for seed in 1..=15 {
         let r = &mut Random::new(1000 + seed);
         let steps = r.scale(10.0, 10_000.0);
         let points: Vec<String> = random_polyline(r)

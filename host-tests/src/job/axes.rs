@@ -115,6 +115,42 @@ pub(super) fn read_axes(
     read_joints(machine, std::array::from_fn(unit), timing, places)
 }
 
+/// The same for a path whose table names `joints`: one number for each of the six motors, or one for each of these. The
+/// others stand still then, within a travel of a unit.
+pub(super) fn read_axes_of(
+    joints: &[usize],
+    machine: &Table<'_>,
+    timing: &Timing,
+    places: &Places,
+) -> Result<[AxisLimits; 6], JobError> {
+    if machine.length("steps_per_unit") == Some(MOTORS.len()) {
+        return read_axes(machine, timing, places);
+    }
+    macro_rules! some {
+        ($count:literal) => {{
+            let units: [&str; $count] = std::array::from_fn(|i| unit(joints[i]));
+            read_joints(machine, units, timing, places)?.to_vec()
+        }};
+    }
+    let own = match joints.len() {
+        1 => some!(1),
+        2 => some!(2),
+        3 => some!(3),
+        4 => some!(4),
+        5 => some!(5),
+        _ => return read_axes(machine, timing, places),
+    };
+    Ok(std::array::from_fn(|motor| {
+        match joints.iter().position(|joint| *joint == motor) {
+            Some(place) => own[place],
+            None => AxisLimits {
+                travel: (-1.0, 1.0),
+                ..own[0]
+            },
+        }
+    }))
+}
+
 /// The same for a machine of `N` joints with other units, mm or deg.
 pub(super) fn read_joints<const N: usize>(
     machine: &Table<'_>,

@@ -6,7 +6,7 @@
 //! ```
 
 use super::axes::{
-    AXES, AxisLimits, CONTOUR, Contour, FIRST_TURNING, MOTORS, read_axes, read_contour, unit,
+    AXES, AxisLimits, CONTOUR, Contour, FIRST_TURNING, MOTORS, read_axes_of, read_contour, unit,
 };
 use super::csv::Csv;
 use super::cues::read_cues;
@@ -19,6 +19,10 @@ use hexstep::stepper::Timing;
 /// A path of joints. It begins where the machine stands: all joints at 0.
 #[derive(Clone, Debug)]
 pub struct PathJob {
+    /// What the job calls the motors: the columns of its table, else their own names.
+    pub names: [String; 6],
+    /// The motors that the job has: those of its table's columns, else all.
+    pub joints: Vec<usize>,
     pub axes: [AxisLimits; 6],
     pub contour: Contour,
     pub points: Vec<PathPoint>,
@@ -74,12 +78,27 @@ impl PathJob {
             "file",
             "shape",
         ])?;
-        let axes = read_axes(&machine, timing, places)?;
-        let contour = read_contour(&machine, &path, &axes, places)?;
         let pace = read_pace(&path, "path", places)?;
-        let (points, origin) = read_points(root, &path, pace, places)?;
+        let Points {
+            points,
+            origin,
+            names,
+            mut joints,
+        } = read_points(root, &path, pace, places)?;
+        let axes = read_axes_of(&joints, &machine, timing, places)?;
+        let contour = read_contour(&machine, &path, &axes, places)?;
+        let cues = read_cues(root, &names, &axes, &contour, places)?;
+        for cue in &cues {
+            if let Action::Trim { motor, .. } = cue.action {
+                joints.push(motor);
+            }
+        }
+        joints.sort_unstable();
+        joints.dedup();
         let mut job = Self {
-            cues: read_cues(root, &axes, &contour, places)?,
+            names,
+            joints,
+            cues,
             axes,
             contour,
             points,
@@ -110,6 +129,11 @@ impl PathJob {
     /// Whether an operator's cue drops the rest of the path, and whether one moves motors off it.
     pub fn is_stopped(&self) -> bool {
         self.has_cue(|action| matches!(action, Action::Stop))
+    }
+
+    /// Whether one lets motors rest where no point is, and so between steps.
+    pub fn rests_anywhere(&self) -> bool {
+        self.has_cue(|action| matches!(action, Action::Hold | Action::Stop))
     }
 
     pub fn is_trimmed(&self) -> bool {
@@ -153,7 +177,7 @@ impl PathJob {
                     line: *line,
                     column: 1,
                 }),
-                key: motor.map(|motor| MOTORS[motor].into()),
+                key: motor.map(|motor| self.names[motor].clone()),
                 name,
                 detail,
             },
@@ -182,7 +206,7 @@ impl PathJob {
                 if here < lower || here > upper {
                     let detail = format!(
                         "{} would go to {at} {}, beyond its travel of {} to {}; widen travel if the machine allows it, or change the point",
-                        MOTORS[motor],
+                        self.names[motor],
                         unit(motor),
                         axis.travel.0,
                         axis.travel.1
@@ -268,13 +292,33 @@ fn read_pace(table: &Table<'_>, path: &str, places: &Places) -> Result<Option<Pa
     Ok(pace)
 }
 
+/// Points, where they come from, and what their joints are called.
+struct Points {
+    points: Vec<PathPoint>,
+    origin: Origin,
+    names: [String; 6],
+    joints: Vec<usize>,
+}
+
+impl Points {
+    /// Points of all motors under their own names.
+    fn of_all(points: Vec<PathPoint>, origin: Origin) -> Self {
+        Self {
+            points,
+            origin,
+            names: MOTORS.map(String::from),
+            joints: (0..MOTORS.len()).collect(),
+        }
+    }
+}
+
 /// The points from the one place where they are given.
 fn read_points(
     root: &Table<'_>,
     path: &Table<'_>,
     pace: Option<Pace>,
     places: &Places,
-) -> Result<(Vec<PathPoint>, Origin), JobError> {
+) -> Result<Points, JobError> {
     let sources = ["points", "file", "shape"];
     let mut given: Vec<String> = sources
         .iter()
@@ -310,12 +354,15 @@ fn read_points(
     match given.first().map(String::as_str) {
         Some("path.points") => {
             let at = path.rows::<6>("points", MOST_POINTS)?;
-            Ok((evenly(at)?, Origin::Array))
+            Ok(Points::of_all(evenly(at)?, Origin::Array))
         }
-        Some("path.shape") => Ok((evenly(read_shape(path, places)?)?, Origin::Shape)),
+        Some("path.shape") => {
+            let points = evenly(read_shape(path, places)?)?;
+            Ok(Points::of_all(points, Origin::Shape))
+        }
         Some("path.file") => {
             let csv = Csv::beside(places, "path.file", path.text("file")?)?;
-            let rows = read_csv(&csv)?;
+            let (rows, columns) = read_csv(&csv)?;
             let point = |row: &Row| {
                 let pace = paced(row.pace, "path.feed")?;
                 let (at, dwell) = (row.at, row.dwell);
@@ -323,13 +370,23 @@ fn read_points(
             };
             let points = rows.iter().map(point).collect::<Result<_, JobError>>()?;
             let lines = rows.iter().map(|row| row.line).collect();
-            Ok((
+            let mut names = MOTORS.map(String::from);
+            let mut joints: Vec<usize> = Vec::new();
+            for (motor, name) in columns {
+                names[motor] = name;
+                joints.push(motor);
+            }
+            joints.sort_unstable();
+            let origin = Origin::File {
+                file: csv.name,
+                lines,
+            };
+            Ok(Points {
                 points,
-                Origin::File {
-                    file: csv.name,
-                    lines,
-                },
-            ))
+                origin,
+                names,
+                joints,
+            })
         }
         Some(_) => {
             let mut points = Vec::new();
@@ -343,7 +400,7 @@ fn read_points(
                     dwell: table.number_or("dwell", 0.0, Kind::between(0.0, LONGEST_DWELL, "s"))?,
                 });
             }
-            Ok((points, Origin::Tables))
+            Ok(Points::of_all(points, Origin::Tables))
         }
         None => {
             let detail = "a path has no points; add points = [[...], ...], file or shape to [path], or tables [[point]]";

@@ -20,6 +20,8 @@ use crate::math::Real;
 const NOTHING: f32 = 1.0e-3;
 /// A wide blend in a sharp turn must save this share of the time, for the other ends of its blocks are guessed.
 const WIDE_DOUBT: f32 = 0.45;
+/// Turn above which a hat through whole blocks is not looked at, about 48 degrees.
+const SHARPEST: f32 = 1.2;
 /// Turn up to which ramps run through a narrow zone, about 17 degrees.
 const GENTLE: f32 = 0.3;
 
@@ -76,7 +78,7 @@ pub(super) fn decide<const N: usize>(
     }
     let inside = tolerance + block.outside;
     let (corner, time) = corner::passage(scaled, further, before, block, turn, inside, room);
-    if d >= 0.5 * l1.max(l2) {
+    if d >= 0.5 * l1.max(l2) && turn <= SHARPEST {
         block.d = d;
         if held_time(scaled, further, before, block) < time[0] * (1.0 - WIDE_DOUBT) {
             return;

@@ -67,6 +67,8 @@ use trim::Trim;
 
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
+/// Moves below this length are none: the next one, or the rest on whole steps at the end, makes up for them.
+const TINY: f32 = 2.5e-4;
 /// Chords that many tolerances long are not joined by others but on a straight line.
 const SHORT: f32 = 30.0;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
@@ -252,6 +254,9 @@ impl<const N: usize> Planner<N> {
             return Ok(());
         }
         let mut chord = self.block(&self.tail, &target, duration)?;
+        if chord.length < TINY {
+            return Ok(());
+        }
         // Before anything changes: what the motion under way was planned for.
         let safe = match self.safe {
             Some(safe) => safe,

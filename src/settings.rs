@@ -6,11 +6,17 @@
 //!
 //! The first three motors slide; `$376` tells which of the others turn, bit 0 for motor 3. The unit of a motor's settings
 //! follows from it: a changed bit changes what its other numbers mean, not the numbers.
+//!
+//! Some settings bound each other: a pulse width bounds the step rates, a jerk the acceleration. Who has a whole set puts
+//! it in and checks it once; line by line, no consistent set is refused in this order: `$110 ...`, `$120 ...`, `$800 ...`
+//! to next to nothing and the travel to its widest, then all the others, then `$800 ...`, `$120 ...`, `$110 ...` to what
+//! they are to be.
 
 use crate::error::Error;
 use crate::math::Real;
 use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
 use crate::stepper::{StepMode, Timing};
+use core::fmt::{self, Display, Formatter};
 
 /// Motors of the usual machine.
 pub const AXES: usize = 6;
@@ -189,6 +195,94 @@ const fn default_turning(motors: usize) -> u8 {
     }
 }
 
+/// Why a setting was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// Its own number or value.
+    Value(Error),
+    /// Another setting that bounds it.
+    Whole(Conflict),
+}
+
+impl Refusal {
+    pub fn error(self) -> Error {
+        match self {
+            Self::Value(error) => error,
+            Self::Whole(conflict) => conflict.error(),
+        }
+    }
+}
+
+/// Settings that do not bear each other. Displayed, it names them all by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Conflict {
+    /// More steps a second than pulses of this width and mode fit in.
+    StepRate {
+        motor: usize,
+        rate: u32,
+        fastest: u32,
+    },
+    /// A limit beyond what can be planned, or two that are too far apart.
+    Limits(LimitsError),
+    /// The ends of a travel are the wrong way round.
+    Travel { motor: usize },
+}
+
+impl Conflict {
+    pub fn error(self) -> Error {
+        match self {
+            Self::StepRate { .. } => Error::StepRate,
+            Self::Limits(_) | Self::Travel { .. } => Error::ValueRange,
+        }
+    }
+
+    /// The setting to begin with: whatever the others are to be, a lower limit or a wider travel is taken.
+    pub fn number(self) -> u16 {
+        let (row, motor) = match self {
+            Self::StepRate { motor, .. } => (RATE, motor),
+            Self::Limits(LimitsError::Velocity { joint }) => (RATE, joint),
+            Self::Limits(LimitsError::Acceleration { joint }) => (ACCELERATION, joint),
+            Self::Limits(LimitsError::Jerk { joint }) => (JERK, joint),
+            Self::Limits(LimitsError::Contradictory { joint }) => (ACCELERATION, joint),
+            Self::Travel { motor } => (LOWER, motor),
+        };
+        TABLE[row].number + motor as u16
+    }
+}
+
+impl Display for Conflict {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        let first = self.number();
+        match *self {
+            Self::StepRate {
+                motor,
+                rate,
+                fastest,
+            } => write!(
+                out,
+                "${first} x ${} / 60 makes {rate} steps/s, $0 and $1010 allow {fastest}",
+                TABLE[STEPS].number + motor as u16
+            ),
+            Self::Limits(LimitsError::Contradictory { joint }) => write!(
+                out,
+                "${} / ${first} / 60 and ${first} / ${} may be 100 s",
+                TABLE[RATE].number + joint as u16,
+                TABLE[JERK].number + joint as u16
+            ),
+            Self::Limits(_) => write!(
+                out,
+                "${first} x ${} is too much",
+                TABLE[STEPS].number + first % 10
+            ),
+            Self::Travel { motor } => write!(
+                out,
+                "${first} is above ${}",
+                TABLE[UPPER].number + motor as u16
+            ),
+        }
+    }
+}
+
 /// The values: a row of the table has one for each axis, a single one its first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings<const N: usize = AXES> {
@@ -245,7 +339,17 @@ impl<const N: usize> Settings<N> {
     }
 
     /// Stores a value; refused with nothing changed if it is out of range, or if the whole would not work.
-    pub fn set(&mut self, number: u16, value: f32, hz: u32) -> Result<(), Error> {
+    pub fn set(&mut self, number: u16, value: f32, hz: u32) -> Result<(), Refusal> {
+        let mut changed = self.clone();
+        changed.put(number, value).map_err(Refusal::Value)?;
+        changed.check(hz).map_err(Refusal::Whole)?;
+        *self = changed;
+        Ok(())
+    }
+
+    /// Stores a value that is within its own range, whatever the others are. Some bound each other: [`Self::check`]
+    /// looks at them all once a whole set has been put in.
+    pub fn put(&mut self, number: u16, value: f32) -> Result<(), Error> {
         let (row, axis) = find::<N>(number).ok_or(Error::UnknownCommand)?;
         let Row {
             range: (lo, hi), ..
@@ -265,18 +369,33 @@ impl<const N: usize> Settings<N> {
         if row == TURNING && !is_mask(value, N - FIRST_TURNING) {
             return Err(Error::ValueRange);
         }
-        let mut changed = self.clone();
-        changed.values[row][axis] = value;
-        changed.limits(hz).map_err(|e| match e {
-            LimitsError::Velocity { .. } => Error::StepRate,
-            _ => Error::ValueRange,
-        })?;
-        let (lower, upper) = changed.travel();
-        if lower.iter().zip(upper).any(|(lo, hi)| *lo > hi) {
-            return Err(Error::ValueRange);
-        }
-        *self = changed;
+        self.values[row][axis] = value;
         Ok(())
+    }
+
+    /// Whether the settings bear each other.
+    pub fn check(&self, hz: u32) -> Result<(), Conflict> {
+        let fastest = self.timing(hz).fastest();
+        for (motor, rate) in self.step_rates().iter().enumerate() {
+            if *rate > fastest as f32 {
+                return Err(Conflict::StepRate {
+                    motor,
+                    rate: *rate as u32,
+                    fastest,
+                });
+            }
+        }
+        self.limits(hz).map_err(Conflict::Limits)?;
+        let (lower, upper) = self.travel();
+        match lower.iter().zip(upper).position(|(lo, hi)| *lo > hi) {
+            Some(motor) => Err(Conflict::Travel { motor }),
+            None => Ok(()),
+        }
+    }
+
+    /// Largest step rate of each motor [steps/s].
+    fn step_rates(&self) -> [f32; N] {
+        core::array::from_fn(|i| self.values[RATE][i] / 60.0 * self.values[STEPS][i])
     }
 
     /// All numbers with their values, ascending.
@@ -322,7 +441,7 @@ impl<const N: usize> Settings<N> {
     /// What each motor may do, in steps.
     pub fn limits(&self, hz: u32) -> Result<Limits<N>, LimitsError> {
         let steps = self.values[STEPS];
-        let velocity: [f32; N] = core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
+        let velocity = self.step_rates();
         let fastest = self.timing(hz).fastest() as f32;
         if let Some(joint) = velocity.iter().position(|v| *v > fastest) {
             return Err(LimitsError::Velocity { joint });

@@ -217,15 +217,11 @@ impl Session {
     /// Sends all motors to and fro together; what the step interrupt cost in it.
     fn turn_round<const N: usize>(&mut self, name: &str) -> Outcome<Tally> {
         println!("{name} ...");
+        // Targets are places: from where the lines of counts have left the motors, first to the origin.
+        self.go::<N>(&[0])?;
         let _ = self.emulator.take_recording();
-        for k in 0..40 {
-            let there = (50 * (k % 2)).to_string();
-            self.ask(&format!("$MOVE={},0", vec![there; N].join(",")))?;
-        }
-        self.ask("$MOVE=END")?;
-        self.emulator
-            .expect_idle(PATIENCE)
-            .map_err(|error| error.to_string())?;
+        let places: Vec<i32> = (0..40).map(|k| 50 * (k % 2)).collect();
+        self.go::<N>(&places)?;
         let recording = self.emulator.take_recording();
         self.check(&recording, [50; N])?;
         let together = |turned: u8| turned.count_ones() as usize == N;
@@ -239,6 +235,19 @@ impl Session {
             38.. => Ok(Tally::of(recording.costs(recording.motion()))),
             turns => Err(format!("{name}: turned together {turns} times only")),
         }
+    }
+
+    /// Sends all motors to one place after the other.
+    fn go<const N: usize>(&mut self, places: &[i32]) -> Outcome<()> {
+        for place in places {
+            let words = [*place; N].map(|steps| steps.to_string());
+            self.ask(&format!("$MOVE={},0", words.join(",")))?;
+        }
+        self.ask("$MOVE=END")?;
+        self.emulator
+            .expect_idle(PATIENCE)
+            .map(drop)
+            .map_err(|error| error.to_string())
     }
 
     /// A figure of a run that went wrong would be worthless.

@@ -195,90 +195,41 @@ const fn default_turning(motors: usize) -> u8 {
     }
 }
 
-/// Why a setting was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
-    /// Its own number or value.
-    Value(Error),
-    /// Another setting that bounds it.
-    Whole(Conflict),
-}
-
-impl Refusal {
-    pub fn error(self) -> Error {
-        match self {
-            Self::Value(error) => error,
-            Self::Whole(conflict) => conflict.error(),
-        }
-    }
-}
-
 /// Settings that do not bear each other. Displayed, it names them all by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Conflict {
-    /// More steps a second than pulses of this width and mode fit in.
-    StepRate {
-        motor: usize,
-        rate: u32,
-        fastest: u32,
-    },
-    /// A limit beyond what can be planned, or two that are too far apart.
-    Limits(LimitsError),
-    /// The ends of a travel are the wrong way round.
-    Travel { motor: usize },
+pub struct Conflict {
+    /// The rows, the one to begin with first: a lower limit and a wider travel are always taken.
+    rows: &'static [usize],
+    motor: usize,
+    /// Where more steps a second are asked for than fit in with pulses of this width and mode: both.
+    rates: Option<(u32, u32)>,
 }
 
 impl Conflict {
-    pub fn error(self) -> Error {
-        match self {
-            Self::StepRate { .. } => Error::StepRate,
-            Self::Limits(_) | Self::Travel { .. } => Error::ValueRange,
+    pub fn error(&self) -> Error {
+        match self.rates {
+            Some(_) => Error::StepRate,
+            None => Error::ValueRange,
         }
     }
 
-    /// The setting to begin with: whatever the others are to be, a lower limit or a wider travel is taken.
-    pub fn number(self) -> u16 {
-        let (row, motor) = match self {
-            Self::StepRate { motor, .. } => (RATE, motor),
-            Self::Limits(LimitsError::Velocity { joint }) => (RATE, joint),
-            Self::Limits(LimitsError::Acceleration { joint }) => (ACCELERATION, joint),
-            Self::Limits(LimitsError::Jerk { joint }) => (JERK, joint),
-            Self::Limits(LimitsError::Contradictory { joint }) => (ACCELERATION, joint),
-            Self::Travel { motor } => (LOWER, motor),
-        };
-        TABLE[row].number + motor as u16
+    /// The numbers of the settings, the one to begin with first.
+    pub fn numbers(&self) -> impl Iterator<Item = u16> {
+        // Of eight at the most.
+        let motor = self.motor as u16;
+        self.rows.iter().map(move |row| TABLE[*row].number + motor)
     }
 }
 
 impl Display for Conflict {
     fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
-        let first = self.number();
-        match *self {
-            Self::StepRate {
-                motor,
-                rate,
-                fastest,
-            } => write!(
-                out,
-                "${first} x ${} / 60 makes {rate} steps/s, $0 and $1010 allow {fastest}",
-                TABLE[STEPS].number + motor as u16
-            ),
-            Self::Limits(LimitsError::Contradictory { joint }) => write!(
-                out,
-                "${} / ${first} / 60 and ${first} / ${} may be 100 s",
-                TABLE[RATE].number + joint as u16,
-                TABLE[JERK].number + joint as u16
-            ),
-            Self::Limits(_) => write!(
-                out,
-                "${first} x ${} is too much",
-                TABLE[STEPS].number + first % 10
-            ),
-            Self::Travel { motor } => write!(
-                out,
-                "${first} is above ${}",
-                TABLE[UPPER].number + motor as u16
-            ),
+        out.write_str("see")?;
+        for number in self.numbers() {
+            write!(out, " ${number}")?;
+        }
+        match self.rates {
+            Some((asked, fit)) => write!(out, ": {asked} steps/s, and $0 $1010 allow {fit}"),
+            None => Ok(()),
         }
     }
 }
@@ -338,15 +289,6 @@ impl<const N: usize> Settings<N> {
         Some(self.values[row][axis])
     }
 
-    /// Stores a value; refused with nothing changed if it is out of range, or if the whole would not work.
-    pub fn set(&mut self, number: u16, value: f32, hz: u32) -> Result<(), Refusal> {
-        let mut changed = self.clone();
-        changed.put(number, value).map_err(Refusal::Value)?;
-        changed.check(hz).map_err(Refusal::Whole)?;
-        *self = changed;
-        Ok(())
-    }
-
     /// Stores a value that is within its own range, whatever the others are. Some bound each other: [`Self::check`]
     /// looks at them all once a whole set has been put in.
     pub fn put(&mut self, number: u16, value: f32) -> Result<(), Error> {
@@ -375,20 +317,25 @@ impl<const N: usize> Settings<N> {
 
     /// Whether the settings bear each other.
     pub fn check(&self, hz: u32) -> Result<(), Conflict> {
-        let fastest = self.timing(hz).fastest();
-        for (motor, rate) in self.step_rates().iter().enumerate() {
-            if *rate > fastest as f32 {
-                return Err(Conflict::StepRate {
-                    motor,
-                    rate: *rate as u32,
-                    fastest,
-                });
+        let conflict = |rows, motor, rates| Err(Conflict { rows, motor, rates });
+        match self.limits(hz) {
+            // Within the table's ranges a rate is above 0, and faster than any pulse before it is beyond the planner.
+            Err(LimitsError::Velocity { joint }) => {
+                let rates = (self.step_rates()[joint] as u32, self.timing(hz).fastest());
+                return conflict(&[RATE, STEPS], joint, Some(rates));
             }
+            Err(LimitsError::Acceleration { joint }) => {
+                return conflict(&[ACCELERATION, STEPS], joint, None);
+            }
+            Err(LimitsError::Jerk { joint }) => return conflict(&[JERK, STEPS], joint, None),
+            Err(LimitsError::Contradictory { joint }) => {
+                return conflict(&[RATE, ACCELERATION, JERK], joint, None);
+            }
+            Ok(_) => {}
         }
-        self.limits(hz).map_err(Conflict::Limits)?;
         let (lower, upper) = self.travel();
         match lower.iter().zip(upper).position(|(lo, hi)| *lo > hi) {
-            Some(motor) => Err(Conflict::Travel { motor }),
+            Some(motor) => conflict(&[LOWER, UPPER], motor, None),
             None => Ok(()),
         }
     }

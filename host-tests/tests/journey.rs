@@ -99,30 +99,30 @@ fn a_setting_that_another_one_bounds_is_refused_by_the_name_of_both() {
         for (line, answer) in [
             (
                 "$0=5",
-                "[MSG:$0 refused: $113 x $103 / 60 makes 120000 steps/s, $0 and $1010 allow 100000]\r\nerror:12\r\n",
+                "[MSG:$0 refused: see $113 $103: 120000 steps/s, and $0 $1010 allow 100000]\r\nerror:12\r\n",
             ),
             // In both-edge mode pulses of 5 us fit, and then the mode cannot go back.
             ("$1010=1", "ok\r\n"),
             ("$0=5", "ok\r\n"),
             (
                 "$1010=0",
-                "[MSG:$1010 refused: $113 x $103 / 60 makes 120000 steps/s, $0 and $1010 allow 100000]\r\nerror:12\r\n",
+                "[MSG:$1010 refused: see $113 $103: 120000 steps/s, and $0 $1010 allow 100000]\r\nerror:12\r\n",
             ),
             (
                 "$110=900000",
-                "[MSG:$110 refused: $110 x $100 / 60 makes 15000000 steps/s, $0 and $1010 allow 200000]\r\nerror:12\r\n",
+                "[MSG:$110 refused: see $110 $100: 15000000 steps/s, and $0 $1010 allow 200000]\r\nerror:12\r\n",
             ),
             (
                 "$800=1",
-                "[MSG:$800 refused: $110 / $120 / 60 and $120 / $800 may be 100 s]\r\nerror:52\r\n",
+                "[MSG:$800 refused: see $110 $120 $800]\r\nerror:52\r\n",
             ),
             (
                 "$1042=201",
-                "[MSG:$1042 refused: $1042 is above $1052]\r\nerror:52\r\n",
+                "[MSG:$1042 refused: see $1042 $1052]\r\nerror:52\r\n",
             ),
             (
                 "$801=1000000000000",
-                "[MSG:$801 refused: $801 x $101 is too much]\r\nerror:52\r\n",
+                "[MSG:$801 refused: see $801 $101]\r\nerror:52\r\n",
             ),
         ] {
             assert_eq!(m.ask(line), answer, "{line}");

@@ -10,7 +10,7 @@ use crate::program::processes::Processes;
 use crate::program::words::Decimal;
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
-use crate::settings::{LETTERS, Refusal};
+use crate::settings::LETTERS;
 use crate::stepper::{CountError, CountLine, Preset};
 
 /// When a line is answered.
@@ -216,13 +216,12 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::NotIdle);
         }
         let mut settings = self.settings.clone();
-        if let Err(refusal) = settings.set(number, value, B::TICK_HZ) {
-            if let Refusal::Whole(conflict) = refusal {
-                self.answers
-                    .line(format_args!("[MSG:${number} refused: {conflict}]"));
-            }
-            return Err(refusal.error());
-        }
+        settings.put(number, value)?;
+        settings.check(B::TICK_HZ).map_err(|conflict| {
+            self.answers
+                .line(format_args!("[MSG:${number} refused: {conflict}]"));
+            conflict.error()
+        })?;
         self.configure(settings)
     }
 

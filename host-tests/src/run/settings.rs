@@ -66,12 +66,11 @@ pub(crate) fn apply<const N: usize>(
         })?;
     }
     settings.check(TICK_HZ).map_err(|conflict| {
-        let blamed = values
-            .iter()
-            .find(|(number, ..)| *number == conflict.number());
+        let first = conflict.numbers().next();
+        let blamed = values.iter().find(|(number, ..)| Some(*number) == first);
         let key = blamed.map_or("stepper", |(.., key)| key);
         let detail = format!(
-            "the machine does not take these values together: {conflict} (error {})",
+            "the machine does not take these values together, {conflict} (error {})",
             conflict.error().number()
         );
         job.refuse(key, "OutOfRange", detail)

@@ -13,7 +13,6 @@ use hexstep_host::machine::{self, Machine};
 use hexstep_host::pair::{PairPlan, What};
 use hexstep_host::process::Made;
 use hexstep_host::run;
-use hexstep_host::trace::TICK_HZ;
 
 /// Lines of counts: all motors, each alone at another rate, both presets.
 const COUNTS: [&str; 4] = [

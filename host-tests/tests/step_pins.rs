@@ -323,3 +323,56 @@ fn a_wait_of_two_samples_makes_a_zigzag_later_and_loses_nothing() {
     }
     assert!(times[1] > times[0], "{times:?}");
 }
+
+/// Resets in the midst of a wait, holds, and lines behind them: the books go back to where the motors are, and what was
+/// set up or held is not forgotten.
+#[test]
+fn stops_and_holds_at_any_time_keep_the_direction_times_and_the_count() {
+    let mut turns = 0;
+    for (seed, setup_us, hold_us) in [
+        (1, 1, 1),
+        (2, 24, 400),
+        (3, 1000, 0),
+        (4, 400, 1000),
+        (5, 1000, 1000),
+    ] {
+        let case = Case {
+            both_edges: seed % 2 == 0,
+            setup_us,
+            hold_us,
+            rate: 50_000,
+            acceleration: 4_000_000,
+            jerk: 4_000_000_000,
+        };
+        machine::with(|machine| {
+            set_up(machine, &case);
+            let mut random = Random(seed * 0x9E37_79B9);
+            for _ in 0..40 {
+                let mut at = machine.controller.counts().map(i64::from);
+                for line in zigzag(&mut random, &mut at, 8) {
+                    machine.say(&line);
+                }
+                machine.run(random.below(6000));
+                machine.put(b"!");
+                machine.run(random.below(400));
+                machine.put(b"~");
+                machine.run(random.below(3000));
+                if random.below(2) == 0 {
+                    machine.put(&[0x18]);
+                    machine.run(random.below(20));
+                    machine.run_to_rest();
+                    machine.ask("$X");
+                    let way: [i64; 6] = std::array::from_fn(|_| random.below(41) as i64 - 20);
+                    let words = way.map(|steps| steps.to_string()).join(",");
+                    ask(machine, &format!("$SEG={words},0.01"));
+                } else {
+                    machine.run_to_rest();
+                }
+                machine.heard();
+            }
+            let end = machine.controller.counts().map(i64::from);
+            turns += judge(machine, &case, end);
+        });
+    }
+    assert!(turns > 500, "{turns}");
+}

@@ -6,11 +6,17 @@
 //!
 //! The first three motors slide; `$376` tells which of the others turn, bit 0 for motor 3. The unit of a motor's settings
 //! follows from it: a changed bit changes what its other numbers mean, not the numbers.
+//!
+//! Some settings bound each other: a pulse width bounds the step rates, a jerk the acceleration. Who has a whole set puts
+//! it in and checks it once; line by line, no consistent set is refused in this order: `$110 ...`, `$120 ...`, `$800 ...`
+//! to next to nothing and the travel to its widest, then all the others, then `$800 ...`, `$120 ...`, `$110 ...` to what
+//! they are to be.
 
 use crate::error::Error;
 use crate::math::Real;
 use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
 use crate::stepper::{StepMode, Timing};
+use core::fmt::{self, Display, Formatter};
 
 /// Motors of the usual machine.
 pub const AXES: usize = 6;
@@ -189,6 +195,45 @@ const fn default_turning(motors: usize) -> u8 {
     }
 }
 
+/// Settings that do not bear each other. Displayed, it names them all by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Conflict {
+    /// The rows, the one to begin with first: a lower limit and a wider travel are always taken.
+    rows: &'static [usize],
+    motor: usize,
+    /// Where more steps a second are asked for than fit in with pulses of this width and mode: both.
+    rates: Option<(u32, u32)>,
+}
+
+impl Conflict {
+    pub fn error(&self) -> Error {
+        match self.rates {
+            Some(_) => Error::StepRate,
+            None => Error::ValueRange,
+        }
+    }
+
+    /// The numbers of the settings, the one to begin with first.
+    pub fn numbers(&self) -> impl Iterator<Item = u16> {
+        // Of eight at the most.
+        let motor = self.motor as u16;
+        self.rows.iter().map(move |row| TABLE[*row].number + motor)
+    }
+}
+
+impl Display for Conflict {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        out.write_str("see")?;
+        for number in self.numbers() {
+            write!(out, " ${number}")?;
+        }
+        match self.rates {
+            Some((asked, fit)) => write!(out, ": {asked} steps/s, and $0 $1010 allow {fit}"),
+            None => Ok(()),
+        }
+    }
+}
+
 /// The values: a row of the table has one for each axis, a single one its first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings<const N: usize = AXES> {
@@ -244,8 +289,9 @@ impl<const N: usize> Settings<N> {
         Some(self.values[row][axis])
     }
 
-    /// Stores a value; refused with nothing changed if it is out of range, or if the whole would not work.
-    pub fn set(&mut self, number: u16, value: f32, hz: u32) -> Result<(), Error> {
+    /// Stores a value that is within its own range, whatever the others are. Some bound each other: [`Self::check`]
+    /// looks at them all once a whole set has been put in.
+    pub fn put(&mut self, number: u16, value: f32) -> Result<(), Error> {
         let (row, axis) = find::<N>(number).ok_or(Error::UnknownCommand)?;
         let Row {
             range: (lo, hi), ..
@@ -265,18 +311,38 @@ impl<const N: usize> Settings<N> {
         if row == TURNING && !is_mask(value, N - FIRST_TURNING) {
             return Err(Error::ValueRange);
         }
-        let mut changed = self.clone();
-        changed.values[row][axis] = value;
-        changed.limits(hz).map_err(|e| match e {
-            LimitsError::Velocity { .. } => Error::StepRate,
-            _ => Error::ValueRange,
-        })?;
-        let (lower, upper) = changed.travel();
-        if lower.iter().zip(upper).any(|(lo, hi)| *lo > hi) {
-            return Err(Error::ValueRange);
-        }
-        *self = changed;
+        self.values[row][axis] = value;
         Ok(())
+    }
+
+    /// Whether the settings bear each other.
+    pub fn check(&self, hz: u32) -> Result<(), Conflict> {
+        let conflict = |rows, motor, rates| Err(Conflict { rows, motor, rates });
+        match self.limits(hz) {
+            // Within the table's ranges a rate is above 0, and faster than any pulse before it is beyond the planner.
+            Err(LimitsError::Velocity { joint }) => {
+                let rates = (self.step_rates()[joint] as u32, self.timing(hz).fastest());
+                return conflict(&[RATE, STEPS], joint, Some(rates));
+            }
+            Err(LimitsError::Acceleration { joint }) => {
+                return conflict(&[ACCELERATION, STEPS], joint, None);
+            }
+            Err(LimitsError::Jerk { joint }) => return conflict(&[JERK, STEPS], joint, None),
+            Err(LimitsError::Contradictory { joint }) => {
+                return conflict(&[RATE, ACCELERATION, JERK], joint, None);
+            }
+            Ok(_) => {}
+        }
+        let (lower, upper) = self.travel();
+        match lower.iter().zip(upper).position(|(lo, hi)| *lo > hi) {
+            Some(motor) => conflict(&[LOWER, UPPER], motor, None),
+            None => Ok(()),
+        }
+    }
+
+    /// Largest step rate of each motor [steps/s].
+    fn step_rates(&self) -> [f32; N] {
+        core::array::from_fn(|i| self.values[RATE][i] / 60.0 * self.values[STEPS][i])
     }
 
     /// All numbers with their values, ascending.
@@ -322,7 +388,7 @@ impl<const N: usize> Settings<N> {
     /// What each motor may do, in steps.
     pub fn limits(&self, hz: u32) -> Result<Limits<N>, LimitsError> {
         let steps = self.values[STEPS];
-        let velocity: [f32; N] = core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
+        let velocity = self.step_rates();
         let fastest = self.timing(hz).fastest() as f32;
         if let Some(joint) = velocity.iter().position(|v| *v > fastest) {
             return Err(LimitsError::Velocity { joint });

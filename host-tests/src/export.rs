@@ -4,6 +4,10 @@
 //! step timer is 125/21 ns, which no decimal unit holds exactly; times are rounded to the nearest nanosecond, and since
 //! a count is nearly six of them, `round(ns * 0.168)` gives the count back exactly.
 //!
+//! Changes of one time stamp stand in the order of the pins: steps before directions, since a tick puts out the steps of
+//! the segment before and then loads the next. They are never those of one motor: its direction stands for at least a tick
+//! behind its step, even if no hold is asked for, so a reader may take them in any order.
+//!
 //! The CSV holds one row for each step: its time in seconds (9 decimals), the motor's name, its direction (1 or -1) and
 //! its position after the step.
 
@@ -51,6 +55,7 @@ pub fn vcd<const N: usize>(
     let mut out = vcd::Writer::new(&mut buffer);
     out.version(concat!("hexstep ", env!("CARGO_PKG_VERSION")))?;
     out.comment("dir 1 = negative; count of the 168 MHz step timer = round(ns * 0.168)")?;
+    out.comment("at one time: steps, then directions, never both of one motor")?;
     out.timescale(1, TimescaleUnit::NS)?;
     out.add_module("hexstep")?;
     let enable = out.add_wire(1, "enable")?;

@@ -3,6 +3,7 @@
 mod common;
 
 use common::trace_of_lines;
+use hexstep::settings::Settings;
 use hexstep_host::job::{Job, Task};
 use hexstep_host::lines;
 use hexstep_host::machine;
@@ -127,6 +128,65 @@ fn a_pair_mills_the_rows_of_a_job_and_follows_no_sensor_that_is_silent() {
         (55_000..70_000).contains(&milled),
         "{milled} ms in the panel"
     );
+}
+
+/// Settings that bear each other, from next to nothing to the ends of their ranges.
+fn some_settings(random: &mut impl FnMut() -> f64) -> Settings {
+    loop {
+        let mut settings = Settings::<6>::default();
+        let mut put = |number: u16, value: f64| settings.put(number, value as f32).unwrap();
+        put(0, 1.0 + 24.0 * random());
+        put(1010, (2.0 * random()).floor());
+        put(29, 1000.0 * random());
+        put(1011, 1000.0 * random());
+        for motor in 0..6 {
+            let mut share = |least: f64, most: f64| least * (most / least).powf(random());
+            put(100 + motor, share(1e-3, 1e5));
+            put(110 + motor, share(1e-3, 1e5));
+            put(120 + motor, share(1e-3, 1e5));
+            put(800 + motor, share(1e-3, 1e8));
+            put(1040 + motor, -share(1.0, 1e9));
+            put(1050 + motor, share(1.0, 1e9));
+        }
+        for motor in 0..6 {
+            if random() < 0.3 {
+                let end = settings.get(1050 + motor).unwrap();
+                settings.put(1040 + motor, end / 2.0).unwrap();
+            }
+        }
+        if settings.check(machine::TICK_HZ).is_ok() {
+            return settings;
+        }
+    }
+}
+
+/// Line by line, and whatever the machine had before: no line meets a setting of before that it does not bear.
+#[test]
+fn the_lines_of_any_settings_are_taken_after_those_of_any_others() {
+    let mut state = 0x0DDB_1A5E_5BAD_5EED_u64;
+    let mut random = move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    machine::with(|machine| {
+        machine.ask("");
+        for _ in 0..60 {
+            let wanted = some_settings(&mut random);
+
+            for line in lines::setting_lines(&wanted) {
+                assert_eq!(machine.ask(&line), "ok\r\n", "{line}");
+            }
+
+            for ((number, has), (_, wants)) in machine.controller.settings().all().zip(wanted.all())
+            {
+                // A decimal is read to the last place but one of an f32.
+                let near = (has - wants).abs() <= 2e-7 * wants.abs();
+                assert!(near || number == 1012, "${number}: {has} for {wants}");
+            }
+        }
+    });
 }
 
 #[test]

@@ -216,7 +216,12 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::NotIdle);
         }
         let mut settings = self.settings.clone();
-        settings.set(number, value, B::TICK_HZ)?;
+        settings.put(number, value)?;
+        settings.check(B::TICK_HZ).map_err(|conflict| {
+            self.answers
+                .line(format_args!("[MSG:${number} refused: {conflict}]"));
+            conflict.error()
+        })?;
         self.configure(settings)
     }
 

@@ -149,18 +149,30 @@ pub fn move_lines<const N: usize>(targets: &[Target<N>]) -> Vec<String> {
     targets.iter().map(line).chain(end).collect()
 }
 
-/// Lines that give a machine all of these settings, whatever it had before.
+/// Lines that give a machine all of these settings, whatever it had before: in the order of [`hexstep::settings`], so
+/// that none is refused for what another still is.
 pub fn setting_lines<const N: usize>(settings: &Settings<N>) -> Vec<String> {
+    // Rates, accelerations, jerks, by their first numbers: each is bounded by the next.
+    const LIMITS: [u16; 3] = [110, 120, 800];
     let motors = N as u16;
-    let rate = |number: u16| (110..110 + motors).contains(&number);
+    let is_limit = |number: u16| {
+        let of = |first: &u16| (*first..first + motors).contains(&number);
+        LIMITS.iter().any(of)
+    };
+    let to = |first: u16, value: &str| {
+        let line = |number| format!("${number}={value}");
+        (first..first + motors).map(line).collect::<Vec<_>>()
+    };
     let line = |(number, value): (u16, f32)| format!("${number}={}", number_of(value));
-    // What is to be fast later would be too fast with the steps of before; travels are wide in between.
-    let mut set: Vec<String> = (110..110 + motors).map(|n| format!("${n}=1")).collect();
-    set.extend((1040..1040 + motors).map(|n| format!("${n}=-1000000")));
-    set.extend((1050..1050 + motors).map(|n| format!("${n}=1000000")));
-    let others = settings.all().filter(|(n, _)| !rate(*n) && *n != 1012);
+    let mut set: Vec<String> = LIMITS.iter().flat_map(|n| to(*n, "0.000001")).collect();
+    set.extend(to(1040, "-1000000000"));
+    set.extend(to(1050, "1000000000"));
+    let others = settings.all().filter(|(n, _)| !is_limit(*n) && *n != 1012);
     set.extend(others.map(line));
-    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
+    for first in LIMITS.into_iter().rev() {
+        let own = first..first + motors;
+        set.extend(settings.all().filter(|(n, _)| own.contains(n)).map(line));
+    }
     set
 }
 

@@ -371,7 +371,7 @@ fn a_reset_puts_the_overrides_back() {
 }
 
 fn target(steps: [i32; 6], duration: f32) -> Target<6> {
-    Target { steps, duration }
+    Target::whole(steps, duration)
 }
 
 #[test]

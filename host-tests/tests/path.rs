@@ -49,7 +49,7 @@ fn ran(text: &str) -> (Job, Outcome) {
 /// Exact counts at the end of the path, nothing starved, the contour within tolerance and a step, limits kept.
 #[track_caller]
 fn assert_sound(figures: &PathFigures<'_>) {
-    let end = figures.path.blocks.last().expect("a block").steps;
+    let end = figures.path.end().expect("a block");
     assert_eq!(figures.outcome.counts, end);
     assert_eq!(figures.outcome.trace.positions(), end.map(i64::from));
     assert_eq!(figures.outcome.starved, 0);
@@ -97,7 +97,7 @@ fn points_written_as_rows_share_the_feed_of_the_path() {
     let path = path_of(&job);
     assert_eq!(path.points[0].at, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert!(path.points.iter().all(|p| p.pace == Pace::Feed(600.0)));
-    assert_eq!(path.blocks[1].steps, [100, 200, 300, 400, 500, 900]);
+    assert_eq!(path.end(), Some([100, 200, 300, 400, 500, 900]));
     // G94: along the joints that slide while one of them moves, at 10 mm/s; then along those that turn, at 10 deg/s.
     assert!((path.blocks[0].duration - 14f64.sqrt() / 10.0).abs() < 1e-12);
     assert!((path.blocks[1].duration - 0.3).abs() < 1e-12);

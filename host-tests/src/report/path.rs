@@ -26,7 +26,7 @@ impl<'a> PathFigures<'a> {
         // The path begins at rest at 0.
         let mut points = vec![[0.0; 6]];
         points.extend(path.points.iter().map(|point| point.at));
-        let slack = 4.0 * (path.contour.tolerance + path.step());
+        let slack = 4.0 * (path.tolerance() + path.step());
         Self {
             motors: Motors::of(
                 &outcome.trace,
@@ -56,14 +56,14 @@ impl<'a> PathFigures<'a> {
     /// or a motor was trimmed).
     pub fn is_exact(&self) -> bool {
         let counts = self.outcome.counts;
-        let end = self.path.blocks.last().map(|block| block.steps);
+        let end = self.path.end();
         let free = self.path.is_stopped() || self.path.is_trimmed();
         counts.map(i64::from) == self.outcome.trace.positions() && (free || Some(counts) == end)
     }
 
     /// Tolerance and one step [mm]: what the contour may be off.
     pub fn allowed(&self) -> f64 {
-        self.path.contour.tolerance + self.path.step()
+        self.path.tolerance() + self.path.step()
     }
 
     /// Whether the contour is within [`Self::allowed`]; a trim is meant to leave it.
@@ -113,7 +113,7 @@ impl<'a> PathFigures<'a> {
             format!(
                 "contour  off the path by at most {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
                 self.contour.largest * 1e3,
-                self.path.contour.tolerance * 1e3,
+                self.path.tolerance() * 1e3,
                 self.path.step() * 1e3,
                 if self.keeps_contour() {
                     ""
@@ -185,7 +185,7 @@ impl<'a> PathFigures<'a> {
         let contour = format!(
             "at most {} µm off; tolerance {} µm and a step of {} µm",
             number(self.contour.largest * 1e3, 2),
-            number(self.path.contour.tolerance * 1e3, 2),
+            number(self.path.tolerance() * 1e3, 2),
             number(self.path.step() * 1e3, 2)
         );
         let mut rows: Vec<(&str, Cell)> = vec![
@@ -227,7 +227,7 @@ impl<'a> PathFigures<'a> {
             );
         }
         let (from, to) = self.shown();
-        let tolerance = self.path.contour.tolerance * 1e3;
+        let tolerance = self.path.tolerance() * 1e3;
         let micrometres = self.contour.samples.iter().map(|(t, e)| (*t, e * 1e3));
         let mut chart = Chart::new("Contour error", "time [s]", "off the path [µm]")
             .size(860.0, 200.0)

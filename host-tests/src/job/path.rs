@@ -13,10 +13,11 @@ use super::cues::read_cues;
 use super::points::{LONGEST_DWELL, MOST_POINTS, Pace, PathPoint, Row, circle, read_csv, trochoid};
 use super::reader::{Kind, Table};
 use super::{Job, JobError, Place, Places};
-use fixed::types::{I32F32, U32F32};
+use fixed::types::I32F32;
 use hexstep::joints::whole_steps;
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep::stepper::Timing;
+use std::ops::Range;
 
 /// A path of joints. It begins where the machine stands: all joints at 0.
 #[derive(Clone, Debug)]
@@ -56,8 +57,8 @@ enum Origin {
     },
 }
 
-/// A way that is none, of a path that was rounded somewhere: a hundredth of a step.
-const HARDLY: U32F32 = U32F32::from_bits((1 << 32) / 100);
+/// Share of the way of the joints that turn, at the tool, below which those that slide hardly move.
+const HARDLY: f64 = 1e-4;
 
 /// Longest time that a job may ask for: a day [s].
 const LONGEST: f64 = 86_400.0;
@@ -220,7 +221,7 @@ impl PathJob {
                 }
                 steps[motor] = here;
             }
-            let block = self.block(&from, &from_steps, point, steps);
+            let block = self.block(&from, point, steps);
             // No motor takes less time than its own speed gives, whatever is programmed.
             let slowest = (0..6)
                 .map(|motor| (point.at[motor] - from[motor]).abs() / self.axes[motor].max_rate)
@@ -238,17 +239,15 @@ impl PathJob {
         Ok(blocks)
     }
 
-    /// One move. A feed counts along the joints that slide if any of them moves, by more than the rounding of steps, so that
-    /// it does not rush those that turn; else along those that turn.
-    fn block(
-        &self,
-        from: &[f64; 6],
-        from_steps: &[I32F32; 6],
-        point: &PathPoint,
-        steps: [I32F32; 6],
-    ) -> Block {
-        let moves = |motor: usize| steps[motor].abs_diff(from_steps[motor]) > HARDLY;
-        let slides = (0..FIRST_TURNING).any(moves);
+    /// One move. A feed counts along the joints that slide, unless they hardly move beside those that turn: it must not rush
+    /// these. How short a move is, or how fine a step, does not matter.
+    fn block(&self, from: &[f64; 6], point: &PathPoint, steps: [I32F32; 6]) -> Block {
+        let weights = self.contour.weights();
+        let way = |motors: Range<usize>| {
+            let squares = motors.map(|i| (weights[i] * (point.at[i] - from[i])).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        let slides = way(0..FIRST_TURNING) > HARDLY * way(FIRST_TURNING..6);
         let counted = if slides {
             0..FIRST_TURNING
         } else {

@@ -35,6 +35,7 @@ fn finer_steps_and_more_chords_never_make_a_path_slower_or_less_true() {
     for tolerance in [0.01, 0.05] {
         let table = resolutions.map(|steps| cuts.map(|chords| circle(steps, chords, tolerance)));
 
+        let time = |r: usize, c: usize| table[r][c].0;
         for (r, steps) in resolutions.iter().enumerate() {
             for (c, chords) in cuts.iter().enumerate() {
                 let told = format!("{steps} steps/mm, {chords} chords, tolerance {tolerance}");

@@ -75,7 +75,7 @@ pub struct DrillPath {
     held: Option<Target<6>>,
 }
 
-/// Share of the retraction that ways clear of the wheel may take up with their roundings.
+/// Share of the retraction that ways clear of the wheel may take up with their roundings: 0.05 mm of 3 mm.
 const SHARE: f32 = 1.0 / 60.0;
 
 /// The joint that moves the drill straight away from the wheel.

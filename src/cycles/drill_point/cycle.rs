@@ -6,7 +6,7 @@
 //!   infeed     (mu_start, e)                    clear / infeed speed
 //!   stroke     mu_start -> mu_end at e          mu step / stroke speed, in equal segments
 //!   retract    (mu_end, e + clear)              rapid
-//!   return     mu_end -> mu_start at e + clear  rapid, back along the same path
+//!   return     mu_end -> mu_start at e + clear  rapid, back by the same waypoints
 //!   index      roll by 90, then 180 deg         rapid
 //!   the same for flank 2, rolled by 180 deg, then index back
 //! ```

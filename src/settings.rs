@@ -121,7 +121,7 @@ pub const TABLE: [Row; 17] = [
     ),
     single(
         1005,
-        "tolerance of rapids clear of the work, if more than that of the contour",
+        "tolerance of rapids, but the first behind a feed, if more than that of the contour",
         "mm",
         (0.0, 10.0),
         0.5,

@@ -86,6 +86,8 @@ pub struct Controller<'a, B: Board, const N: usize = AXES, P: Processes<N> = NoP
     /// What a step of each motor carries the tool, and how far the path under way may be left where its ways
     /// are not free; `None` before the first.
     contour: Option<PathSetting<N>>,
+    /// The last target was at a feed: a rapid behind it leads out of the work.
+    cuts: bool,
     /// Lent, because it is most of the RAM: built in its place, it is on the stack but once.
     planner: &'a mut Planner<N>,
     /// A sample that found no room in the queue.
@@ -143,6 +145,7 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             answers: Answers::new(),
             job: Job::None,
             contour: None,
+            cuts: false,
             planner,
             pending: None,
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),

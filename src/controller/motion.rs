@@ -214,11 +214,15 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     /// Before a motion: how far its contour may leave the path [mm].
     fn begin(&mut self, most: f32) {
         self.contour = self.settings.path(most);
+        self.cuts = false;
     }
 
     pub(super) fn push_target(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
+        let cuts = target.duration > 0.0;
         if let Some(contour) = &self.contour {
-            let free = Real::min(target.free, self.settings.rapid_tolerance());
+            // Out of the work to the end, then elsewhere: else a short way out would be no more than a part of the next one.
+            let most = if self.cuts || cuts { 0.0 } else { target.free };
+            let free = Real::min(most, self.settings.rapid_tolerance());
             let tolerance = Real::max(free, contour.tolerance());
             if let Ok(path) = PathSetting::new(*contour.weight(), tolerance) {
                 // Its weights change at rest alone, so it is taken.
@@ -226,7 +230,10 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             }
         }
         match self.planner.push(target.steps, target.duration) {
-            Ok(()) => Ok(true),
+            Ok(()) => {
+                self.cuts = cuts;
+                Ok(true)
+            }
             Err(PushError::Full) => Ok(false),
             Err(PushError::Stopping | PushError::Lost) => Err(StreamError::NotStarted),
             Err(PushError::Duration) => Err(StreamError::Duration),

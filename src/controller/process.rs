@@ -47,6 +47,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             tolerance: self.settings.tolerance(),
         };
         self.contour = Some(self.processes.start(&standing, &mut self.answers)?);
+        self.cuts = false;
         if !sim {
             self.switch_on();
         }

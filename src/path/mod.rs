@@ -32,6 +32,7 @@ pub struct Target<const N: usize> {
     /// The least time to it [s]; 0: a rapid.
     pub duration: f32,
     /// How far the way to it may be left [mm], within what is set for rapids; 0 where only the tolerance of the path will do.
+    /// Right behind a target at a feed it is not free, whatever this says.
     pub free: f32,
 }
 
@@ -70,8 +71,6 @@ pub struct DrillPath {
     /// Joints of the last target: turns and the singular pose are chosen near them.
     near: Joints<6>,
     begun: bool,
-    /// The last target is in the work.
-    cuts: bool,
     held: Option<Target<6>>,
 }
 
@@ -96,7 +95,6 @@ impl DrillPath {
             scale,
             near,
             begun: false,
-            cuts: false,
             held: None,
         }
     }
@@ -127,9 +125,7 @@ impl Iterator for DrillPath {
             Ok(target) => target,
             Err(error) => return Some(Err(error)),
         };
-        // The way out of the work ends before another begins; from there to the way in the drill is clear of the wheel.
-        let out = core::mem::replace(&mut self.cuts, duration > 0.0);
-        if self.begun && !self.cuts && !out {
+        if duration <= 0.0 {
             target.free = SHARE * self.marks.rest().clear();
         }
         let from = self.near;
@@ -137,6 +133,7 @@ impl Iterator for DrillPath {
         if !self.begun {
             self.begun = true;
             // Away from the wheel before anything turns, wherever the machine stands.
+            // Not a bit sooner: that way is not free.
             if from[D2] < joints[D2] {
                 let mut away = from;
                 away[D2] = joints[D2];

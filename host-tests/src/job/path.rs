@@ -114,7 +114,8 @@ impl PathJob {
         self.blocks.last().map(|block| whole_steps(&block.steps))
     }
 
-    /// How far the contour may leave the path [mm]: by the tolerance of rapids where two of them follow each other.
+    /// How far the contour may leave the path [mm]: by the tolerance of rapids where two of them follow each other (the first
+    /// behind a feed may less; that is not told apart here).
     pub fn tolerance(&self) -> f64 {
         let rapid = |block: &Block| block.duration == 0.0;
         let contour = &self.contour;

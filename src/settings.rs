@@ -78,7 +78,7 @@ const POSITIVE: f32 = 1e-6;
 const LARGE: f32 = 1e9;
 
 /// The table, ascending.
-pub const TABLE: [Row; 16] = [
+pub const TABLE: [Row; 17] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -124,6 +124,13 @@ pub const TABLE: [Row; 16] = [
         "mm",
         (0.001, 10_000.0),
         150.0,
+    ),
+    single(
+        1005,
+        "tolerance of rapids, but the first behind a feed, if more than that of the contour",
+        "mm",
+        (0.0, 10.0),
+        0.5,
     ),
     single(
         1010,
@@ -174,13 +181,14 @@ const TURNING: usize = 5;
 const JERK: usize = 6;
 const TOLERANCE: usize = 7;
 const LEVER: usize = 8;
-const MODE: usize = 9;
-const HOLD: usize = 10;
-const INTERNAL_CLOCK: usize = 11;
-const TRIM_SHARE: usize = 12;
-const TRIM_BOUND: usize = 13;
-const LOWER: usize = 14;
-const UPPER: usize = 15;
+const RAPID_TOLERANCE: usize = 9;
+const MODE: usize = 10;
+const HOLD: usize = 11;
+const INTERNAL_CLOCK: usize = 12;
+const TRIM_SHARE: usize = 13;
+const TRIM_BOUND: usize = 14;
+const LOWER: usize = 15;
+const UPPER: usize = 16;
 
 /// Motors before this one slide.
 const FIRST_TURNING: usize = 3;
@@ -281,6 +289,11 @@ impl<const N: usize> Settings<N> {
     /// How far the tool may leave its path [mm].
     pub fn tolerance(&self) -> f32 {
         self.values[TOLERANCE][0]
+    }
+
+    /// How far rapids clear of the work may leave their way [mm].
+    pub fn rapid_tolerance(&self) -> f32 {
+        self.values[RAPID_TOLERANCE][0]
     }
 
     /// The value behind a `$` number.

@@ -4,8 +4,9 @@ mod common;
 
 use common::trace_of_lines;
 use hexstep::settings::Settings;
+use hexstep::program::words::{self, BadSteps};
 use hexstep_host::job::{Job, Task};
-use hexstep_host::lines;
+use hexstep_host::lines::{self, move_lines, targets_of};
 use hexstep_host::machine;
 use hexstep_host::process::Made;
 use hexstep_host::reference::matrix::{angle_deg, distance};
@@ -39,6 +40,46 @@ fn the_lines_of_a_job_end_where_the_job_ends() {
         let wanted = run::run(&job, &mut |_, _| {}).unwrap();
         assert_eq!(trace.positions(), wanted.counts.map(i64::from), "{name}");
     }
+}
+
+/// Digits of a line become the nearest 2^-32 of a step, and what the host prints is what it runs.
+#[test]
+fn fractions_of_steps_pass_a_line_unchanged() {
+    let read = |text: &str| words::steps(text).unwrap().to_bits();
+
+    assert_eq!(read("9000.25"), (9000 << 32) + (1 << 30));
+    assert_eq!(read("-0.000000001"), -4);
+    assert_eq!(read("-4000.5"), -(4000 << 32) - (1 << 31));
+    assert_eq!([read("+.5"), read("1."), read("-0")], [1 << 31, 1 << 32, 0]);
+    // A float would have lost them: 2^31 - 1 and 53 bits behind.
+    assert_eq!(read("2147483647.999999999"), i64::MAX - 3);
+    assert_eq!(read("-2147483648"), i64::MIN);
+    for (text, why) in [
+        ("", BadSteps::Malformed),
+        ("-", BadSteps::Malformed),
+        ("1.2.3", BadSteps::Malformed),
+        ("0x10", BadSteps::Malformed),
+        ("0.0000000000", BadSteps::TooLong),
+        ("2147483648", BadSteps::OutOfRange),
+        ("-2147483648.000000001", BadSteps::OutOfRange),
+    ] {
+        assert_eq!(words::steps(text), Err(why), "{text}");
+    }
+    let Task::Path(path) = job("trochoid").task else {
+        panic!("a path");
+    };
+    let targets = targets_of(&path);
+    let lines = move_lines(&targets);
+    let mut between = 0;
+    for (target, line) in targets.iter().zip(&lines) {
+        assert!(line.len() < 200, "{line}");
+        let (_, numbers) = line.split_once('=').unwrap();
+        for (at, word) in target.steps.iter().zip(numbers.split(',')) {
+            assert_eq!(words::steps(word), Ok(*at), "{line}");
+            between += usize::from(at.frac() != 0);
+        }
+    }
+    assert!(between > targets.len());
 }
 
 /// The poses that the host plans in f64 from the job, and those that the machine makes of the same points in f32: the tool

@@ -49,7 +49,7 @@ fn ran(text: &str) -> (Job, Outcome) {
 /// Exact counts at the end of the path, nothing starved, the contour within tolerance and a step, limits kept.
 #[track_caller]
 fn assert_sound(figures: &PathFigures<'_>) {
-    let end = figures.path.blocks.last().expect("a block").steps;
+    let end = figures.path.end().expect("a block");
     assert_eq!(figures.outcome.counts, end);
     assert_eq!(figures.outcome.trace.positions(), end.map(i64::from));
     assert_eq!(figures.outcome.starved, 0);
@@ -97,19 +97,89 @@ fn points_written_as_rows_share_the_feed_of_the_path() {
     let path = path_of(&job);
     assert_eq!(path.points[0].at, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert!(path.points.iter().all(|p| p.pace == Pace::Feed(600.0)));
-    assert_eq!(path.blocks[1].steps, [100, 200, 300, 400, 500, 900]);
+    assert_eq!(path.end(), Some([100, 200, 300, 400, 500, 900]));
     // G94: along the joints that slide while one of them moves, at 10 mm/s; then along those that turn, at 10 deg/s.
     assert!((path.blocks[0].duration - 14f64.sqrt() / 10.0).abs() < 1e-12);
     assert!((path.blocks[1].duration - 0.3).abs() < 1e-12);
 }
 
 #[test]
-fn a_slide_that_moves_by_less_than_a_step_does_not_rush_the_joints_that_turn() {
-    let text = job_of("feed = 600\npoints = [[0.0001, 0, 0, 30, 0, 0]]", "");
+fn a_slide_that_hardly_moves_does_not_rush_the_joints_that_turn() {
+    let text = job_of(
+        "feed = 600\npoints = [[0.0001, 0, 0, 30, 0, 0], [0.0011, 0, 0, 30, 0, 0]]",
+        "",
+    );
 
     let job = parse(&text).expect("it is right");
 
     assert!((path_of(&job).blocks[0].duration - 3.0).abs() < 1e-12);
+    // Alone it has its own feed, a tenth of a step or not.
+    assert!((path_of(&job).blocks[1].duration - 1e-4).abs() < 1e-12);
+}
+
+#[test]
+fn points_keep_their_fractions_of_steps_where_the_path_goes_on_and_none_where_it_rests() {
+    let text = job_of(
+        "feed = 600",
+        "[[point]]\nat = [0.12345678, -0.0025, 0, 0, 0, 0]\n\
+         [[point]]\nat = [1.0049, 0, 0, 0, 0, 0]\ndwell = 0.1\n\
+         [[point]]\nat = [2.0051, 0, 0, 0, 0, 100.004]\n",
+    );
+
+    let job = parse(&text).expect("it is right");
+
+    let path = path_of(&job);
+    let steps = |k: usize| path.blocks[k].steps.map(|at| at.to_num::<f64>());
+    let [a, b, ..] = steps(0);
+    assert!(
+        (a - 12.3457).abs() < 1e-9 && (b + 0.25).abs() < 1e-9,
+        "{a} {b}"
+    );
+    assert_eq!(steps(1), [100.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // 10 000.4 steps are the last of the travel: rounded, as the motor would.
+    assert_eq!(steps(2), [201.0, 0.0, 0.0, 0.0, 0.0, 10_000.0]);
+    let beyond = text.replace("100.004", "100.006");
+    assert_eq!(parse(&beyond).unwrap_err().name, "OutOfTravel");
+}
+
+#[test]
+fn rapids_leave_corners_among_themselves_by_their_own_tolerance_and_no_other_corner() {
+    let corner = |first: &str, second: &str, tolerance: f64| {
+        let text = job_of(
+            &format!("tolerance = 0.01\nrapid_tolerance = {tolerance}"),
+            &format!(
+                "[[point]]\nat = [20, 0, 0, 0, 0, 0]\n{first}\n\
+                 [[point]]\nat = [20, 20, 0, 0, 0, 0]\n{second}\n"
+            ),
+        );
+        let (job, outcome) = ran(&text);
+        let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+        assert_sound(&figures);
+        (figures.contour.largest, figures.time())
+    };
+    // The way out of the work is not free; the one behind it may be left, but not where it begins.
+    let out = |tolerance: f64| {
+        let text = job_of(
+            &format!("tolerance = 0.01\nrapid_tolerance = {tolerance}\nrapid = true"),
+            "[[point]]\nat = [20, 0, 0, 0, 0, 0]\nfeed = 3000\n\
+             [[point]]\nat = [20, 0.1, 0, 0, 0, 0]\n[[point]]\nat = [0, 0.1, 0, 0, 0, 0]\n",
+        );
+        let (job, outcome) = ran(&text);
+        let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+        assert_sound(&figures);
+        figures.contour.largest
+    };
+    let (rapid, feed) = ("rapid = true", "feed = 3000");
+
+    let (off, time) = corner(rapid, rapid, 0.5);
+    let (exact_off, exact_time) = corner(rapid, rapid, 0.0);
+    let (cut_off, _) = corner(rapid, feed, 0.5);
+    let (in_off, _) = corner(feed, rapid, 0.5);
+
+    // A step of 0.01 mm either way.
+    assert!(off > 0.3 && off <= 0.51, "{off} mm");
+    assert!(exact_off.max(cut_off).max(in_off).max(out(0.5)) <= 0.02);
+    assert!(time < 0.97 * exact_time, "{time} s, {exact_time} s exactly");
 }
 
 #[test]
@@ -141,6 +211,7 @@ fn limits_tolerance_and_lever_have_the_defaults_of_the_machines_own_table() {
     let path = path_of(&job);
     assert!(path.axes.iter().all(|axis| axis.jerk == 40_000.0));
     assert_eq!((path.contour.tolerance, path.contour.lever), (0.01, 150.0));
+    assert_eq!(path.contour.rapid_tolerance, 0.5);
 }
 
 #[test]
@@ -477,6 +548,13 @@ const BAD_PATHS: &[(&str, &str, &str, &str, &str)] = &[
         "",
         "tolerance",
         "path.tolerance",
+        "OutOfRange",
+    ),
+    (
+        "rapid_tolerance = 10.1\nfeed = 60\npoints = [[1, 0, 0, 0, 0, 0]]",
+        "",
+        "rapid_tolerance",
+        "path.rapid_tolerance",
         "OutOfRange",
     ),
     ("speed = 3", "", "speed", "path.speed", "UnknownField"),

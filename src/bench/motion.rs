@@ -176,7 +176,8 @@ pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
         let (a, b) = (1000.0 * Real::sin(heading), 700.0 * Real::cos(s / 29.0));
         let (z, c) = (700.0 * Real::sin(s / 31.0), 200.0 * Real::cos(s / 57.0));
         let all = [x, y, z, a, b, c, -x, c];
-        let target = core::array::from_fn(|i| I32F32::from_num(all.get(i).map_or(0, |q| *q as i32)));
+        let target =
+            core::array::from_fn(|i| I32F32::from_num(all.get(i).map_or(0, |q| *q as i32)));
         let is_counted = round >= WARM_UP;
         while planner.is_full() {
             let sample = if is_counted {

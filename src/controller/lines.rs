@@ -7,11 +7,12 @@ use crate::board::Board;
 use crate::error::Error;
 use crate::path::{PathError, Target};
 use crate::program::processes::Processes;
-use crate::program::words::Decimal;
+use crate::program::words::{BadSteps, Decimal, STEP_PLACES};
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
 use crate::settings::LETTERS;
 use crate::stepper::{CountError, CountLine, Preset};
+use fixed::types::I32F32;
 
 /// When a line is answered.
 pub(super) enum Done {
@@ -118,9 +119,10 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
                 self.switch_on();
             }
             Command::Move { steps, duration } => {
-                let target = Target { steps, duration };
+                let target = Target::new(steps, duration);
                 return self.take_target(target).map(|()| Done::Later);
             }
+            Command::BadMove { motor, why } => return Err(self.refuse_steps(motor, why)),
             Command::MoveEnd => {
                 if !matches!(self.job, Job::Stream { .. }) {
                     return Err(Error::NotIdle);
@@ -242,10 +244,33 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         let duration = (seconds * f64::from(B::TICK_HZ) + 0.5) as u64;
         let line = CountLine::new(counts, duration, preset, &timing, &from)
             .map_err(|error| self.refuse_counts(error))?;
-        let end = core::array::from_fn(|i| from[i].wrapping_add(counts[i]));
-        match self.scale().beyond(&end) {
+        let end: [i32; N] = core::array::from_fn(|i| from[i].wrapping_add(counts[i]));
+        match self.scale().beyond(&end.map(I32F32::from_num)) {
             Some(joint) => Err(self.refuse_path(PathError::OutOfTravel { joint })),
             None => Ok(line),
+        }
+    }
+
+    fn refuse_steps(&mut self, motor: usize, why: BadSteps) -> Error {
+        match why {
+            BadSteps::Malformed => {
+                self.answers.line(format_args!(
+                    "[MSG:BadNumber target {motor}: expected steps as a decimal number]"
+                ));
+                Error::BadNumber
+            }
+            BadSteps::TooLong => {
+                self.answers.line(format_args!(
+                    "[MSG:BadNumber target {motor}: expected at most {STEP_PLACES} digits behind the point]"
+                ));
+                Error::BadNumber
+            }
+            BadSteps::OutOfRange => {
+                self.answers.line(format_args!(
+                    "[MSG:OutOfRange target {motor}: expected -2147483648 to less than 2147483648 steps]"
+                ));
+                Error::ValueRange
+            }
         }
     }
 

@@ -130,7 +130,10 @@ pub struct Counters {
 /// How a move joins the newest block.
 enum Join<const N: usize> {
     /// One line takes the place of both.
-    Whole { cone: Cone<N>, line: Block<N> },
+    Whole {
+        cone: Cone<N>,
+        line: Block<N>,
+    },
     /// The line takes the move up to `at`; the rest begins the next one.
     Part {
         line: Block<N>,
@@ -570,9 +573,7 @@ impl<const N: usize> Planner<N> {
         let mut way = [0.0f32; N];
         let mut sum = 0.0f32;
         for i in 0..N {
-            let bits = target[i]
-                .checked_sub(start[i])
-                .ok_or(PushError::TooLong)?;
+            let bits = target[i].checked_sub(start[i]).ok_or(PushError::TooLong)?;
             if bits.unsigned_abs() >> 32 > i32::MAX as u64 {
                 return Err(PushError::TooLong);
             }

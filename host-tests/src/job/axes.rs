@@ -5,6 +5,7 @@
 
 use super::reader::{Kind, Table};
 use super::{JobError, Places};
+use fixed::types::I32F32;
 use hexstep::planner::{LONGEST_RISE, MOST_ACCELERATION, MOST_JERK, WEIGHT_RATIO};
 use hexstep::stepper::Timing;
 
@@ -18,6 +19,9 @@ pub const FIRST_TURNING: usize = 3;
 pub fn unit(motor: usize) -> &'static str {
     if motor < FIRST_TURNING { "mm" } else { "deg" }
 }
+
+/// Parts of a step that a line tells: four digits behind the point.
+pub const STEP_PARTS: u32 = 10_000;
 
 /// What one motor can do, in the unit of its joint (mm or degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,10 +39,17 @@ pub struct AxisLimits {
 }
 
 impl AxisLimits {
-    /// The whole step nearest to `x` [unit]; `None` beyond the range of a step counter.
-    pub fn steps_at(&self, x: f64) -> Option<i32> {
-        let steps = (x * self.steps_per_unit).round();
-        (steps.abs() < f64::from(i32::MAX)).then_some(steps as i32)
+    /// Steps at `x` [unit], to the ten-thousandth of one that a line tells; `None` beyond the range of a step counter.
+    pub fn steps_at(&self, x: f64) -> Option<I32F32> {
+        let steps = x * self.steps_per_unit;
+        if steps.is_nan() || steps.abs() >= f64::from(i32::MAX) {
+            return None;
+        }
+        // As the machine reads the decimal number: the nearest 2^-32.
+        let told = (steps * f64::from(STEP_PARTS)).round() as i128;
+        let parts = i128::from(STEP_PARTS);
+        let bits = ((told.abs() << 32) + parts / 2) / parts;
+        Some(I32F32::from_bits((bits * told.signum()) as i64))
     }
 
     /// Ends of the travel as the machine knows them [steps].
@@ -54,6 +65,8 @@ impl AxisLimits {
 pub struct Contour {
     /// [mm]; 0 stops at every corner.
     pub tolerance: f64,
+    /// [mm]; the same for corners of two rapids, if it is more.
+    pub rapid_tolerance: f64,
     /// Distance of the tool from the axes of the turning joints [mm].
     pub lever: f64,
     /// Share of every limit that is kept for trims, 0 ..= 0.5.
@@ -100,6 +113,7 @@ pub(super) const CONTOUR: &[&str] = &["lever", "trim_share", "trim"];
 const JERK: f64 = 40_000.0;
 const LEVER: f64 = 150.0;
 const TOLERANCE: f64 = 0.01;
+const RAPID_TOLERANCE: f64 = 0.5;
 const TRIM: f64 = 0.1;
 
 /// `[machine]`: one number for each motor and key. `jerk` may be left out.
@@ -223,7 +237,7 @@ pub(super) fn read_joints<const N: usize>(
     }))
 }
 
-/// `lever`, `trim_share` and `trim` of `[machine]`, and `tolerance` of the path's table; all may be left out.
+/// `lever`, `trim_share` and `trim` of `[machine]`, `tolerance` and `rapid_tolerance` of the path's table; all may be left out.
 ///
 /// # Errors
 /// `OutOfRange`; `Contradictory` where a step of one joint carries the tool a million times as far as one of another.
@@ -235,6 +249,11 @@ pub(super) fn read_contour(
 ) -> Result<Contour, JobError> {
     let contour = Contour {
         tolerance: path.number_or("tolerance", TOLERANCE, Kind::between(0.0, 10.0, "mm"))?,
+        rapid_tolerance: path.number_or(
+            "rapid_tolerance",
+            RAPID_TOLERANCE,
+            Kind::between(0.0, 10.0, "mm"),
+        )?,
         lever: machine.number_or("lever", LEVER, Kind::between(0.001, 10_000.0, "mm"))?,
         trim_share: machine.number_or("trim_share", 0.0, Kind::between(0.0, 0.5, ""))?,
         trim: if machine.has("trim") {

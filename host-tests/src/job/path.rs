@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! points | [[point]] | file.csv | shape  -> PathPoint       points.rs
-//!        -> whole steps within the travel, least durations  -> Block
+//!        -> steps within the travel, least durations        -> Block
 //! ```
 
 use super::axes::{
@@ -13,8 +13,11 @@ use super::cues::read_cues;
 use super::points::{LONGEST_DWELL, MOST_POINTS, Pace, PathPoint, Row, circle, read_csv, trochoid};
 use super::reader::{Kind, Table};
 use super::{Job, JobError, Place, Places};
+use fixed::types::I32F32;
+use hexstep::joints::whole_steps;
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep::stepper::Timing;
+use std::ops::Range;
 
 /// A path of joints. It begins where the machine stands: all joints at 0.
 #[derive(Clone, Debug)]
@@ -35,8 +38,8 @@ pub struct PathJob {
 /// A straight move to a point, as the machine is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
-    /// The point, on whole steps.
-    pub steps: [i32; 6],
+    /// The point [steps]; on whole ones where the path rests.
+    pub steps: [I32F32; 6],
     /// Way of the joints that the feed counts for [mm, or deg where only joints that turn move].
     pub length: f64,
     /// Least time of the move [s]; 0 for a rapid.
@@ -58,6 +61,9 @@ enum Origin {
     },
 }
 
+/// Share of the way of the joints that turn, at the tool, below which those that slide hardly move.
+const HARDLY: f64 = 1e-4;
+
 /// Longest time that a job may ask for: a day [s].
 const LONGEST: f64 = 86_400.0;
 
@@ -71,6 +77,7 @@ impl PathJob {
         machine.known(&[AXES, CONTOUR].concat())?;
         path.known(&[
             "tolerance",
+            "rapid_tolerance",
             "feed",
             "inverse_time",
             "rapid",
@@ -111,7 +118,7 @@ impl PathJob {
 
     /// The motors that the path moves.
     pub fn moves(&self) -> [bool; 6] {
-        let (mut moves, mut from) = ([false; 6], [0; 6]);
+        let (mut moves, mut from) = ([false; 6], [I32F32::ZERO; 6]);
         for block in &self.blocks {
             for (motor, moves) in moves.iter_mut().enumerate() {
                 *moves |= block.steps[motor] != from[motor];
@@ -119,6 +126,23 @@ impl PathJob {
             from = block.steps;
         }
         moves
+    }
+
+    /// Whole steps where the path ends.
+    pub fn end(&self) -> Option<[i32; 6]> {
+        self.blocks.last().map(|block| whole_steps(&block.steps))
+    }
+
+    /// How far the contour may leave the path [mm]: by the tolerance of rapids where two of them follow each other (the first
+    /// behind a feed may less; that is not told apart here).
+    pub fn tolerance(&self) -> f64 {
+        let rapid = |block: &Block| block.duration == 0.0;
+        let contour = &self.contour;
+        if self.blocks.windows(2).any(|pair| pair.iter().all(rapid)) {
+            contour.tolerance.max(contour.rapid_tolerance)
+        } else {
+            contour.tolerance
+        }
     }
 
     /// One step of all motors that move, as a length at the tool [mm].
@@ -184,12 +208,13 @@ impl PathJob {
         }
     }
 
-    /// Whole steps and durations of all moves.
+    /// Steps and durations of all moves.
     fn to_blocks(&self, places: &Places) -> Result<Vec<Block>, JobError> {
         let mut blocks = Vec::with_capacity(self.points.len());
-        let (mut from, mut from_steps, mut time) = ([0.0; 6], [0i32; 6], 0.0);
+        let (mut from, mut from_steps, mut time) = ([0.0; 6], [I32F32::ZERO; 6], 0.0);
         for (index, point) in self.points.iter().enumerate() {
-            let mut steps = [0; 6];
+            let rests = point.dwell > 0.0 || index + 1 == self.points.len();
+            let mut steps = [I32F32::ZERO; 6];
             for motor in 0..6 {
                 let refuse = |name: &'static str, detail: String| {
                     Err(self.refuse(places, index, Some(motor), name, detail))
@@ -203,7 +228,8 @@ impl PathJob {
                     return refuse("OutOfRange", detail);
                 };
                 let (lower, upper) = axis.travel_steps();
-                if here < lower || here > upper {
+                let [nearest] = whole_steps(&[here]);
+                if nearest < lower || nearest > upper {
                     let detail = format!(
                         "{} would go to {at} {}, beyond its travel of {} to {}; widen travel if the machine allows it, or change the point",
                         self.names[motor],
@@ -213,13 +239,14 @@ impl PathJob {
                     );
                     return refuse("OutOfTravel", detail);
                 }
-                if i64::from(here).abs_diff(from_steps[motor].into()) > i32::MAX as u64 {
+                let here = if rests { nearest.into() } else { here };
+                if here.checked_sub(from_steps[motor]).is_none() {
                     let detail = "a move of more than 2^31 - 1 steps is not possible; put a point in between";
                     return refuse("OutOfRange", detail.into());
                 }
                 steps[motor] = here;
             }
-            let block = self.block(&from, &from_steps, point, steps);
+            let block = self.block(&from, point, steps);
             // No motor takes less time than its own speed gives, whatever is programmed.
             let slowest = (0..6)
                 .map(|motor| (point.at[motor] - from[motor]).abs() / self.axes[motor].max_rate)
@@ -237,16 +264,15 @@ impl PathJob {
         Ok(blocks)
     }
 
-    /// One move. A feed counts along the joints that slide if any of them makes a step, so that a slide that hardly
-    /// moves does not rush those that turn; else along those that turn.
-    fn block(
-        &self,
-        from: &[f64; 6],
-        from_steps: &[i32; 6],
-        point: &PathPoint,
-        steps: [i32; 6],
-    ) -> Block {
-        let slides = (0..FIRST_TURNING).any(|motor| steps[motor] != from_steps[motor]);
+    /// One move. A feed counts along the joints that slide, unless they hardly move beside those that turn: it must not rush
+    /// these. How short a move is, or how fine a step, does not matter.
+    fn block(&self, from: &[f64; 6], point: &PathPoint, steps: [I32F32; 6]) -> Block {
+        let weights = self.contour.weights();
+        let way = |motors: Range<usize>| {
+            let squares = motors.map(|i| (weights[i] * (point.at[i] - from[i])).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        let slides = way(0..FIRST_TURNING) > HARDLY * way(FIRST_TURNING..6);
         let counted = if slides {
             0..FIRST_TURNING
         } else {

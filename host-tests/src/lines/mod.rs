@@ -18,6 +18,7 @@ use crate::poses::Plan;
 use crate::run::settings::{self, Value, apply, axis_values, driver_values};
 use crate::run::targets;
 use crate::trace::seconds;
+use fixed::types::I32F32;
 use hexstep::cycles::drill_point::Variant;
 use hexstep::path::Target;
 use hexstep::program::drill::WORDS;
@@ -132,21 +133,25 @@ fn joints(job: &Job, path: &PathJob) -> Result<Vec<String>, JobError> {
 
 /// Targets of a path of joints, without its dwells.
 pub fn targets_of(path: &PathJob) -> Vec<Target<6>> {
-    let target = |block: &Block| Target {
-        steps: block.steps,
-        duration: block.duration as f32,
-    };
+    let target = |block: &Block| Target::new(block.steps, block.duration as f32);
     path.blocks.iter().map(target).collect()
 }
 
 /// A path of joints, from its first target to its end.
 pub fn move_lines<const N: usize>(targets: &[Target<N>]) -> Vec<String> {
     let line = |target: &Target<N>| {
-        let words = target.steps.map(|n| n.to_string()).join(",");
+        let words = target.steps.map(steps).join(",");
         format!("$MOVE={words},{}", target.duration)
     };
     let end = std::iter::once("$MOVE=END".into());
     targets.iter().map(line).chain(end).collect()
+}
+
+/// Steps as the protocol reads them, to a ten-thousandth.
+fn steps(at: I32F32) -> String {
+    let text = format!("{at:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0" } else { text }.into()
 }
 
 /// Lines that give a machine all of these settings, whatever it had before: in the order of [`hexstep::settings`], so

@@ -96,14 +96,14 @@ impl<'a> PathFigures<'a> {
     /// or a motor was trimmed).
     pub fn is_exact(&self) -> bool {
         let counts = self.outcome.counts;
-        let end = self.path.blocks.last().map(|block| block.steps);
+        let end = self.path.end();
         let free = self.path.is_stopped() || self.path.is_trimmed();
         counts.map(i64::from) == self.outcome.trace.positions() && (free || Some(counts) == end)
     }
 
     /// Tolerance and one step [mm]: what the contour may be off.
     pub fn allowed(&self) -> f64 {
-        self.path.contour.tolerance + self.path.step()
+        self.path.tolerance() + self.path.step()
     }
 
     /// Whether the contour is within [`Self::allowed`]; a trim is meant to leave it.
@@ -162,7 +162,7 @@ impl<'a> PathFigures<'a> {
                 "contour  off the path by at most {:.2} µm, points by {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
                 self.contour.largest * 1e3,
                 self.contour.cut * 1e3,
-                self.path.contour.tolerance * 1e3,
+                self.path.tolerance() * 1e3,
                 self.path.step() * 1e3,
                 if self.keeps_contour() {
                     ""
@@ -276,7 +276,7 @@ impl<'a> PathFigures<'a> {
             "at most {} µm off, programmed points at most {} µm; tolerance {} µm and a step of {} µm",
             number(self.contour.largest * 1e3, 2),
             number(self.contour.cut * 1e3, 2),
-            number(self.path.contour.tolerance * 1e3, 2),
+            number(self.path.tolerance() * 1e3, 2),
             number(self.path.step() * 1e3, 2)
         );
         let verdict = self.told_verdict();
@@ -324,7 +324,7 @@ impl<'a> PathFigures<'a> {
             );
         }
         let (from, to) = self.shown();
-        let tolerance = self.path.contour.tolerance * 1e3;
+        let tolerance = self.path.tolerance() * 1e3;
         let micrometres = self.contour.samples.iter().map(|(t, e)| (*t, e * 1e3));
         let mut chart = Chart::new("Contour error", "time [s]", "off the path [µm]")
             .size(860.0, 200.0)

@@ -117,6 +117,11 @@ fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
     let mut values = vec![
         (1003, contour.tolerance as f32, format!("{path}.tolerance")),
         (1004, contour.lever as f32, "machine.lever".into()),
+        (
+            1005,
+            contour.rapid_tolerance as f32,
+            format!("{path}.rapid_tolerance"),
+        ),
         (1013, contour.trim_share as f32, "machine.trim_share".into()),
     ];
     values.extend((0u16..).zip(contour.trim).map(|(motor, trim)| {

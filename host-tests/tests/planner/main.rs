@@ -418,8 +418,14 @@ fn moves_of_any_size_and_feed_end_exactly_or_are_refused() {
     }
     assert_eq!(planner.push(whole([-5, 0]), 0.0), Ok(()));
     while planner.next().is_some() {}
-    assert_eq!(planner.push(whole([i32::MAX, 0]), 0.0), Err(PushError::TooLong));
-    assert_eq!(planner.push(whole([-6, i32::MIN]), 0.0), Err(PushError::TooLong));
+    assert_eq!(
+        planner.push(whole([i32::MAX, 0]), 0.0),
+        Err(PushError::TooLong)
+    );
+    assert_eq!(
+        planner.push(whole([-6, i32::MIN]), 0.0),
+        Err(PushError::TooLong)
+    );
 
     // Feeds of 1e9 and of 1e-6 steps a second; the slow one is stopped after a while.
     planner.push(whole([5, 5]), 1e-8).unwrap();
@@ -471,7 +477,10 @@ fn a_full_planner_says_so_and_takes_more_after_a_while() {
         taken += 1;
     }
     assert_eq!(taken as usize, BLOCKS);
-    assert_eq!(planner.push(whole(target(taken + 1)), 0.0), Err(PushError::Full));
+    assert_eq!(
+        planner.push(whole(target(taken + 1)), 0.0),
+        Err(PushError::Full)
+    );
     while planner.is_full() {
         planner.next();
     }

@@ -83,7 +83,10 @@ pub fn go_on<const N: usize>(
     let mut paused = 0;
     loop {
         while let Some((target, duration)) = blocks.peek() {
-            if stopped || samples.len() < paused || planner.push(fractional(*target), *duration).is_err() {
+            if stopped
+                || samples.len() < paused
+                || planner.push(fractional(*target), *duration).is_err()
+            {
                 break;
             }
             blocks.next();

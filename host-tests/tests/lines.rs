@@ -3,8 +3,8 @@
 mod common;
 
 use common::trace_of_lines;
-use hexstep::settings::Settings;
 use hexstep::program::words::{self, BadSteps};
+use hexstep::settings::Settings;
 use hexstep_host::job::{Job, Task};
 use hexstep_host::lines::{self, move_lines, targets_of};
 use hexstep_host::machine;

@@ -6,7 +6,7 @@
 //!     |  block       direction and length of the block; what every joint allows along it
 //!     |  junction    the vertex before it: rounded through whole blocks, in a narrow zone, or a stop
 //!     v  look_ahead  backward: highest speed at which each span may be entered
-//!  ---- ring of 88 blocks ----
+//!  ---- ring of 64 blocks ----
 //!     |  run         cruise, ramp up, ramp down; hold, override, stop
 //!     |  profile     s(t) on integers, jerk-limited, every ramp's distance exact before it starts
 //!     |  trace       s -> joints: polygon and rounding, exact at every vertex that rests

@@ -3,8 +3,8 @@
 use super::block::{Block, Span};
 use super::corner::Corner;
 
-/// Blocks in the look-ahead. motion.md asks for 64; 88 of them with six joints take 16 KiB.
-pub const BLOCKS: usize = 88;
+/// Blocks in the look-ahead, as many as motion.md asks for: lines of a curve are no shorter than a 48th of the way to a stop.
+pub const BLOCKS: usize = 64;
 
 /// Spans are numbered from the head: span 2k is the zone at the start of block k, 2k + 1 its body.
 pub(super) struct Ring<const N: usize> {

@@ -40,7 +40,9 @@ pub struct PathJob {
 pub struct Block {
     /// The point [steps]; on whole ones where the path rests.
     pub steps: [I32F32; 6],
-    /// Way of the joints that the feed counts for [mm, or deg where only joints that turn move].
+    /// Joints that the feed counts for.
+    pub counted: Range<usize>,
+    /// Their way [mm, or deg where only joints that turn move].
     pub length: f64,
     /// Least time of the move [s]; 0 for a rapid.
     pub duration: f64,
@@ -278,7 +280,7 @@ impl PathJob {
         } else {
             FIRST_TURNING..6
         };
-        let squares = counted.map(|motor| (point.at[motor] - from[motor]).powi(2));
+        let squares = counted.clone().map(|motor| (point.at[motor] - from[motor]).powi(2));
         let length = squares.sum::<f64>().sqrt();
         let duration = match point.pace {
             Pace::Rapid => 0.0,
@@ -287,6 +289,7 @@ impl PathJob {
         };
         Block {
             steps,
+            counted,
             length,
             duration,
         }

@@ -145,11 +145,8 @@ fn feed_share(path: &PathJob, motors: &Motors, block: usize, sample: usize) -> f
     else {
         return 0.0;
     };
-    let at = |index: Option<usize>| index.map_or([0; 6], |index| path.blocks[index].steps);
-    let (before, here) = (at(block.checked_sub(1)), at(Some(block)));
-    let slides = (0..FIRST_TURNING).any(|motor| before[motor] != here[motor]);
     let counted = path.joints.iter().zip(&motors.figures);
-    let counted = counted.filter(|(motor, _)| (**motor < FIRST_TURNING) == slides);
+    let counted = counted.filter(|(motor, _)| told.counted.contains(motor));
     let squares = counted.map(|(_, f)| (f.motion.speed[sample] / f.channel.steps_per_unit).powi(2));
     squares.sum::<f64>().sqrt() * told.duration / told.length
 }

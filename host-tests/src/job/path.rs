@@ -40,9 +40,9 @@ pub struct PathJob {
 pub struct Block {
     /// The point [steps]; on whole ones where the path rests.
     pub steps: [I32F32; 6],
-    /// Joints that the feed counts for.
-    pub counted: Range<usize>,
-    /// Their way [mm, or deg where only joints that turn move].
+    /// Whether the feed counts for the joints that slide; else for those that turn.
+    pub slides: bool,
+    /// Their way [mm, or deg].
     pub length: f64,
     /// Least time of the move [s]; 0 for a rapid.
     pub duration: f64,
@@ -280,7 +280,7 @@ impl PathJob {
         } else {
             FIRST_TURNING..6
         };
-        let squares = counted.clone().map(|motor| (point.at[motor] - from[motor]).powi(2));
+        let squares = counted.map(|motor| (point.at[motor] - from[motor]).powi(2));
         let length = squares.sum::<f64>().sqrt();
         let duration = match point.pace {
             Pace::Rapid => 0.0,
@@ -289,7 +289,7 @@ impl PathJob {
         };
         Block {
             steps,
-            counted,
+            slides,
             length,
             duration,
         }

@@ -146,7 +146,7 @@ fn feed_share(path: &PathJob, motors: &Motors, block: usize, sample: usize) -> f
         return 0.0;
     };
     let counted = path.joints.iter().zip(&motors.figures);
-    let counted = counted.filter(|(motor, _)| told.counted.contains(motor));
+    let counted = counted.filter(|(motor, _)| (**motor < FIRST_TURNING) == told.slides);
     let squares = counted.map(|(_, f)| (f.motion.speed[sample] / f.channel.steps_per_unit).powi(2));
     squares.sum::<f64>().sqrt() * told.duration / told.length
 }

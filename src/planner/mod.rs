@@ -266,7 +266,8 @@ impl<const N: usize> Planner<N> {
             None => self.runner.safe_vertex(&self.plan()),
         };
         self.safe = Some(safe);
-        match self.join(&chord, &target, safe) {
+        let mut spacing = self.spacing;
+        match self.join(&chord, &target, safe, &mut spacing) {
             Join::Whole { cone, line } => {
                 self.cone = Some(cone);
                 self.replace(line);
@@ -297,6 +298,7 @@ impl<const N: usize> Planner<N> {
                 self.begin(chord, safe);
             }
         }
+        self.spacing = spacing;
         self.tail = target;
         self.counters.blocks = self.counters.blocks.wrapping_add(1);
         Ok(())
@@ -608,8 +610,14 @@ impl<const N: usize> Planner<N> {
     }
 
     /// What becomes of the newest block and the move `chord` to `target` behind it; before vertex `safe` the motion can
-    /// stop. Nothing changes but the length that lines are to have.
-    fn join(&mut self, chord: &Block<N>, target: &[i64; N], safe: usize) -> Join<N> {
+    /// stop. `spacing`: the length that lines are to have, as it is to be from now on.
+    fn join(
+        &self,
+        chord: &Block<N>,
+        target: &[i64; N],
+        safe: usize,
+        spacing: &mut Spacing,
+    ) -> Join<N> {
         let n = self.ring.len();
         let tolerance = self.path.tolerance() * self.unit;
         let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
@@ -625,7 +633,7 @@ impl<const N: usize> Planner<N> {
                 || (old.nominal < SAME_SPEED * chord.nominal
                     && chord.nominal < SAME_SPEED * old.nominal));
         if !same {
-            self.spacing = Spacing::NONE;
+            *spacing = Spacing::NONE;
             return Join::Apart;
         }
         let weighted = |to: &[i64; N]| {
@@ -651,7 +659,7 @@ impl<const N: usize> Planner<N> {
                 ..block
             })
         };
-        let end = self.spacing.end(old.length, length, chord.length);
+        let end = spacing.end(old.length, length, chord.length);
         let mut joined = Join::Apart;
         match end {
             End::Later => {
@@ -660,7 +668,7 @@ impl<const N: usize> Planner<N> {
                     return Join::Whole { cone, line };
                 }
                 if cone.is_none() {
-                    self.spacing.cut(old.length);
+                    spacing.cut(old.length);
                 }
             }
             End::Within(part) => {
@@ -692,8 +700,7 @@ impl<const N: usize> Planner<N> {
             };
             let turn = junction::turn(&self.weight, &before.u, &last.u);
             let enough = self.enough(last, chord.length);
-            self.spacing
-                .follow(turn, before.length, last.length, tolerance, enough);
+            spacing.follow(turn, before.length, last.length, tolerance, enough);
         }
         joined
     }

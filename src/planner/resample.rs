@@ -109,9 +109,14 @@ impl<const N: usize> Cone<N> {
     }
 }
 
-/// Length that lines are to have; infinite where nothing is known of the curve.
+/// What is known of the curve.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spacing(f32);
+pub(super) struct Spacing {
+    /// Length that lines are to have; infinite where nothing is known.
+    length: f32,
+    /// Lines without a turn so far: one or two may be where a curve turns from one side to the other.
+    straight: u8,
+}
 
 /// Where a line ends that a chord would make longer than it should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,15 +130,19 @@ pub(super) enum End {
 }
 
 impl Spacing {
-    pub const NONE: Self = Self(f32::INFINITY);
+    pub const NONE: Self = Self {
+        length: f32::INFINITY,
+        straight: 0,
+    };
 
     /// `old`, `new`: length of the line without the chord and with it; `chord`: that of the chord.
     pub fn end(&self, old: f32, new: f32, chord: f32) -> End {
-        if new <= self.0 || new <= old {
+        let due = self.length;
+        if new <= due || new <= old {
             End::Later
-        } else if chord <= FINE * self.0 {
-            End::Within(((self.0 - old) / (new - old)).clamp(0.0, 1.0))
-        } else if new - self.0 > self.0 - old {
+        } else if chord <= FINE * due {
+            End::Within(((due - old) / (new - old)).clamp(0.0, 1.0))
+        } else if new - due > due - old {
             End::Before
         } else {
             End::Later
@@ -142,7 +151,7 @@ impl Spacing {
 
     /// The tolerance has ended a line of this length.
     pub fn cut(&mut self, length: f32) {
-        self.0 = self.0.min(ROOM * length);
+        self.length = self.length.min(ROOM * length);
     }
 
     /// A line of length `h` is complete, which turns by `turn` from the one before it, of length `before`. `enough`: length
@@ -153,11 +162,20 @@ impl Spacing {
             return;
         }
         let square = LENGTH * tolerance * 0.5 * (before + h);
-        let straight = square >= turn * h * h * (STRAIGHT * STRAIGHT);
-        if straight {
-            self.0 = 2.0 * h;
+        self.straight = if square >= turn * h * h * (STRAIGHT * STRAIGHT) {
+            self.straight.saturating_add(1)
         } else {
-            self.0 = lesser(Real::sqrt(square / turn), enough).clamp(h / GROWTH, h * GROWTH);
-        }
+            0
+        };
+        self.length = if self.straight >= 4 {
+            2.0 * h
+        } else {
+            let most = if turn > 0.0 {
+                Real::sqrt(square / turn)
+            } else {
+                enough
+            };
+            lesser(most, enough).clamp(h / GROWTH, h * GROWTH)
+        };
     }
 }

@@ -20,6 +20,8 @@ use crate::math::Real;
 const NOTHING: f32 = 1.0e-3;
 /// A wide blend in a sharp turn must save this share of the time, for the other ends of its blocks are guessed.
 const WIDE_DOUBT: f32 = 0.45;
+/// Turn from which a corner is a way back, about 177 degrees.
+pub(super) const REVERSAL: f32 = 1.9993;
 /// Turn above which a hat through whole blocks is not looked at, about 48 degrees.
 const SHARPEST: f32 = 1.2;
 /// Turn up to which ramps run through a narrow zone, about 17 degrees.
@@ -76,7 +78,8 @@ pub(super) fn decide<const N: usize>(
         }
         return;
     }
-    let inside = tolerance + block.outside;
+    // A way back reaches its point.
+    let inside = if turn > REVERSAL { 0.0 } else { tolerance + block.outside };
     let (corner, time) = corner::passage(scaled, further, before, block, turn, inside, room);
     if d >= 0.5 * l1.max(l2) && turn <= SHARPEST {
         block.d = d;

@@ -720,14 +720,6 @@ impl<const N: usize> Planner<N> {
         !begun || k >= 2 && k > safe
     }
 
-    /// Where block `k` begins [2^-32 step].
-    fn start_of(&self, k: usize) -> [i64; N] {
-        match k.checked_sub(1).and_then(|b| self.ring.get(b)) {
-            Some(before) => before.end,
-            None => *self.trace.base(),
-        }
-    }
-
     /// Before a corner, the line that leads up to it and the one before become alike, or one: a short rest of a curve
     /// would be rounded sharply.
     fn even_out(&mut self, safe: usize) {
@@ -825,6 +817,9 @@ impl<const N: usize> Planner<N> {
         };
         let further = n.checked_sub(2).and_then(|k| self.ring.get(k)).map(|b| b.u);
         let turn = junction::turn(&self.weight, &old.u, &chord.u);
+        if turn > junction::REVERSAL {
+            return chord;
+        }
         let (corner, _) = corner::passage(
             &self.scaled,
             further.as_ref(),

@@ -27,12 +27,6 @@ pub(super) struct Steep {
 }
 
 impl Steep {
-    pub const ANY: Self = Self {
-        a: f32::INFINITY,
-        j: f32::INFINITY,
-        rise: 0.0,
-    };
-
     pub fn new(a: f32, j: f32, rise: f32) -> Self {
         // An acceleration that is reached within the rise limits the jerk.
         let j = if j * rise > a { a / rise } else { j };

@@ -67,6 +67,8 @@ use trim::Trim;
 
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
+/// So many samples without a push, and the path may end where it does.
+const QUIET: u8 = 3;
 /// Moves below this length are none: the next one, or the rest on whole steps at the end, makes up for them.
 const TINY: f32 = 2.5e-4;
 /// Chords that many tolerances long are not joined by others but on a straight line.
@@ -182,6 +184,8 @@ pub struct Planner<const N: usize> {
     /// Start of the block before the newest, and what its chords allow, where it ends within a chord.
     behind: Option<([i64; N], Cone<N>)>,
     spacing: Spacing,
+    /// Samples since the last push.
+    quiet: u8,
     /// Standstill before the next block [ms].
     dwell: u32,
     trim: Trim<N>,
@@ -216,6 +220,7 @@ impl<const N: usize> Planner<N> {
             cone: None,
             behind: None,
             spacing: Spacing::NONE,
+            quiet: 0,
             dwell: 0,
             trim: Trim::new(),
             trim_share: 0.0,
@@ -266,26 +271,26 @@ impl<const N: usize> Planner<N> {
             None => self.runner.safe_vertex(&self.plan()),
         };
         self.safe = Some(safe);
+        self.quiet = 0;
         let mut spacing = self.spacing;
-        match self.join(&chord, &target, safe, &mut spacing) {
-            Join::Whole { cone, line } => {
+        let full = self.ring.is_full();
+        match self.join(&chord, &target, &mut spacing) {
+            Join::Whole { cone, line } if self.takes(&line, safe) => {
                 self.cone = Some(cone);
-                self.replace(line);
                 self.counters.merged = self.counters.merged.wrapping_add(1);
             }
-            _ if self.ring.is_full() => return Err(PushError::Full),
+            _ if full => return Err(PushError::Full),
             Join::Part {
                 line,
                 cone,
                 rest,
                 at,
-            } => {
-                self.replace(line);
+            } if self.takes(&line, safe) => {
                 self.behind = Some((self.anchor, cone));
                 self.anchor = at;
                 self.begin(rest, safe);
             }
-            Join::Apart => {
+            _ => {
                 let turns = self.ring.len().checked_sub(1).and_then(|k| self.ring.get(k));
                 if self.dwell == 0
                     && turns.is_some_and(|old| !junction::is_gentle(&self.weight, old, &chord))
@@ -320,6 +325,12 @@ impl<const N: usize> Planner<N> {
     pub fn next(&mut self) -> Option<Sample<N>> {
         if self.state == State::Lost {
             return None;
+        }
+        self.quiet = self.quiet.saturating_add(1);
+        if self.quiet == QUIET && self.dwell == 0 {
+            // The path may end here: its last lines as well.
+            let safe = self.runner.safe_vertex(&self.plan());
+            self.even_out(safe);
         }
         self.replan();
         self.trim.advance();
@@ -609,13 +620,11 @@ impl<const N: usize> Planner<N> {
         })
     }
 
-    /// What becomes of the newest block and the move `chord` to `target` behind it; before vertex `safe` the motion can
-    /// stop. `spacing`: the length that lines are to have, as it is to be from now on.
+    /// What becomes of the newest block and the move `chord` to `target` behind it. `spacing`: the length that lines are to have, as it is to be from now on.
     fn join(
         &self,
         chord: &Block<N>,
         target: &[i64; N],
-        safe: usize,
         spacing: &mut Spacing,
     ) -> Join<N> {
         let n = self.ring.len();
@@ -624,7 +633,7 @@ impl<const N: usize> Planner<N> {
             return Join::Apart;
         };
         let share = lesser(tolerance * resample::SHARE, tolerance - old.outside);
-        if !self.is_open(n - 1, safe) || self.dwell > 0 || share <= 0.0 {
+        if !self.may_change(n - 1) || self.dwell > 0 || share <= 0.0 {
             return Join::Apart;
         }
         let same = old.rapid == chord.rapid
@@ -714,10 +723,65 @@ impl<const N: usize> Planner<N> {
         (v * resample::BEAT).max(5.0 * chord).max(stop * (1.0 / 48.0))
     }
 
-    /// Whether block `k` may still be changed: once motion has begun, what it has been planned for stays.
+    /// Whether block `k` is neither run nor next.
+    fn may_change(&self, k: usize) -> bool {
+        let begun = !self.runner.is_resting() || self.runner.x > 0;
+        !begun || k >= 2
+    }
+
+    /// Whether block `k` may be changed without a look at the motion under way, which can stop before vertex `safe`.
     fn is_open(&self, k: usize, safe: usize) -> bool {
         let begun = !self.runner.is_resting() || self.runner.x > 0;
         !begun || k >= 2 && k > safe
+    }
+
+    /// Lets `line` take the place of the newest block; where the motion under way has been planned up to there, only if it
+    /// fits the new plan as well.
+    fn takes(&mut self, line: &Block<N>, safe: usize) -> bool {
+        let Some(k) = self.ring.len().checked_sub(1) else {
+            return false;
+        };
+        if self.is_open(k, safe) {
+            self.replace(*line);
+            return true;
+        }
+        let (Some(old), Some(before)) = (
+            self.ring.get(k).copied(),
+            k.checked_sub(1).and_then(|b| self.ring.get(b)).copied(),
+        ) else {
+            return false;
+        };
+        self.replace(*line);
+        if self.fits() {
+            return true;
+        }
+        for (k, block) in [(k - 1, before), (k, old)] {
+            if let Some(place) = self.ring.get_mut(k) {
+                *place = block;
+            }
+        }
+        self.changed = Some((2 * k).saturating_sub(2));
+        self.backward();
+        false
+    }
+
+    /// Whether the motion under way fits the plan; a ramp down to a former end is cut short where it may.
+    fn fits(&mut self) -> bool {
+        self.backward();
+        let plan = self.plan();
+        if self.state == State::Running
+            && !self.runner.is_bound()
+            && self.runner.descent_end().is_some()
+            && let Some((eased, x, v)) = self.runner.eased()
+            && plan.is_feasible(x, v)
+            && self.runner.fits(&plan, Some(&eased))
+        {
+            self.runner.ease();
+            self.counters.eased = self.counters.eased.wrapping_add(1);
+            self.safe = None;
+            return true;
+        }
+        self.runner.fits(&plan, None)
     }
 
     /// Before a corner, the line that leads up to it and the one before become alike, or one: a short rest of a curve
@@ -958,21 +1022,7 @@ impl<const N: usize> Planner<N> {
     /// Vertex `k` lies so near that the motion under way may not fit its rounding. A ramp down to the former end is cut
     /// short where the new plan allows it; where nothing fits, the vertex stays the stop that it was.
     fn admit(&mut self, k: usize) {
-        self.backward();
-        let plan = self.plan();
-        if self.state == State::Running
-            && !self.runner.is_bound()
-            && self.runner.descent_end().is_some()
-            && let Some((eased, x, v)) = self.runner.eased()
-            && plan.is_feasible(x, v)
-            && self.runner.fits(&plan, Some(&eased))
-        {
-            self.runner.ease();
-            self.counters.eased = self.counters.eased.wrapping_add(1);
-            self.safe = None;
-            return;
-        }
-        if self.runner.fits(&plan, None) {
+        if self.fits() {
             return;
         }
         if let Some(block) = self.ring.get_mut(k) {
@@ -1190,6 +1240,7 @@ impl<const N: usize> Planner<N> {
         }
     }
 
+    pub fn debug_safe(&self) -> (usize, Option<usize>, (f32, u8)) { (self.runner.safe_vertex(&self.plan()), self.safe, self.spacing.debug()) }
     pub fn debug_ramp(&self) -> (f32,f32) { match &self.runner.mode { run::Mode::Ramp(r) => (r.acceleration, r.jerk), _ => (0.0,0.0) } }
     pub fn debug_state(&self) -> (i64, f32, &'static str, Option<(i64,i64,f32,bool)>) {
         (self.runner.x, self.runner.speed(), match &self.runner.mode { run::Mode::Rest => "rest", run::Mode::Cruise{..} => "cruise", run::Mode::Ramp(r) => if r.slows() {"down"} else {"up"} }, self.runner.window.map(|w| (w.t, w.half, profile::speed_of(w.v), w.passed)))

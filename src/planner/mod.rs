@@ -53,7 +53,7 @@ pub use ring::BLOCKS;
 pub use trim::MOST_TRIM;
 
 use crate::math::Real;
-use block::Block;
+use block::{Block, Last};
 use corner::Corner;
 use fixed::types::I32F32;
 use limits::Scaled;
@@ -68,9 +68,9 @@ use trim::Trim;
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
 /// So many samples without a push, and the path may end where it does.
-const QUIET: u8 = 3;
+const QUIET: u8 = 24;
 /// Moves below this length are none: the next one, or the rest on whole steps at the end, makes up for them.
-const TINY: f32 = 2.5e-4;
+const TINY: f32 = 1.0e-3;
 /// Chords that many tolerances long are not joined by others but on a straight line.
 const SHORT: f32 = 30.0;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
@@ -186,6 +186,7 @@ pub struct Planner<const N: usize> {
     spacing: Spacing,
     /// Samples since the last push.
     quiet: u8,
+
     /// Standstill before the next block [ms].
     dwell: u32,
     trim: Trim<N>,
@@ -327,10 +328,14 @@ impl<const N: usize> Planner<N> {
             return None;
         }
         self.quiet = self.quiet.saturating_add(1);
-        if self.quiet == QUIET && self.dwell == 0 {
-            // The path may end here: its last lines as well.
-            let safe = self.runner.safe_vertex(&self.plan());
-            self.even_out(safe);
+        let begins = self.quiet == 1 && self.runner.is_resting();
+        if (self.quiet == QUIET || begins) && self.dwell == 0 {
+            // The path may end here: its last lines are made for it.
+            if !begins {
+                let safe = self.runner.safe_vertex(&self.plan());
+                self.even_out(safe);
+            }
+            self.complete();
         }
         self.replan();
         self.trim.advance();
@@ -862,6 +867,27 @@ impl<const N: usize> Planner<N> {
         });
     }
 
+    /// What the newest block leaves to ramps, in full: nothing may follow it.
+    fn complete(&mut self) {
+        let Some(k) = self.ring.len().checked_sub(1) else {
+            return;
+        };
+        let before = match k.checked_sub(1) {
+            Some(before) => self.ring.get(before).map(|b| b.u),
+            None => self.trace.before,
+        };
+        let Some(mut block) = self.ring.get(k).copied() else {
+            return;
+        };
+        let limit = block::body(&self.scaled, before.as_ref(), &block, None, Last::Complete);
+        block.body.limit((block.length - block.z).max(0.0), limit, true);
+        if let Some(place) = self.ring.get_mut(k) {
+            *place = block;
+        }
+        let changed = 2 * k + 1;
+        self.changed = Some(self.changed.map_or(changed, |c| c.min(changed)));
+    }
+
     /// Moves the corner at the end of the path outward, by half of what its rounding will stay inside: the path then passes
     /// near the programmed vertex, and uses the tolerance on both sides. Returns the chord from there.
     fn swing_out(&mut self, chord: Block<N>, target: &[i64; N], safe: usize) -> Block<N> {
@@ -972,7 +998,7 @@ impl<const N: usize> Planner<N> {
                 through: false,
                 ..block::Span::NONE
             };
-            let limit = block::body(scaled, None, &block, None);
+            let limit = block::body(scaled, None, &block, None, Last::Provisional);
             block.body.limit(block.length, limit, true);
             if let Some(b) = self.ring.get_mut(k) {
                 *b = block;
@@ -1003,11 +1029,11 @@ impl<const N: usize> Planner<N> {
                 junction::set_zone(scaled, weight, beyond.as_ref(), &first, &mut before, after);
             }
         }
-        let limit = block::body(scaled, further, &before, Some(&block));
+        let limit = block::body(scaled, further, &before, Some(&block), Last::Provisional);
         before
             .body
             .limit((before.length - before.z - block.z).max(0.0), limit, true);
-        let limit = block::body(scaled, Some(&before.u), &block, None);
+        let limit = block::body(scaled, Some(&before.u), &block, None, Last::Provisional);
         block
             .body
             .limit((block.length - block.z).max(0.0), limit, true);

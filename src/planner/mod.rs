@@ -69,6 +69,8 @@ use trim::Trim;
 const SAME_SPEED: f32 = 1.25;
 /// So many samples without a push, and the path may end where it does.
 const QUIET: u8 = 24;
+/// What whole steps may take off the length of a chord, or add to it.
+const ROUNDING: f32 = 2.5;
 /// Moves below this length are none: the next one, or the rest on whole steps at the end, makes up for them.
 const TINY: f32 = 1.0e-3;
 /// Chords that many tolerances long are not joined by others but on a straight line.
@@ -184,6 +186,8 @@ pub struct Planner<const N: usize> {
     /// Start of the block before the newest, and what its chords allow, where it ends within a chord.
     behind: Option<([i64; N], Cone<N>)>,
     spacing: Spacing,
+    /// Speed of the newest line when it was long enough to have one [length/ms]; 0 before.
+    pace: f32,
     /// Samples since the last push.
     quiet: u8,
 
@@ -221,6 +225,7 @@ impl<const N: usize> Planner<N> {
             cone: None,
             behind: None,
             spacing: Spacing::NONE,
+            pace: 0.0,
             quiet: 0,
             dwell: 0,
             trim: Trim::new(),
@@ -277,6 +282,9 @@ impl<const N: usize> Planner<N> {
         let full = self.ring.is_full();
         match self.join(&chord, &target, &mut spacing) {
             Join::Whole { cone, line } if self.takes(&line, safe) => {
+                if self.pace <= 0.0 && line.length > 4.0 * ROUNDING {
+                    self.pace = line.nominal;
+                }
                 self.cone = Some(cone);
                 self.counters.merged = self.counters.merged.wrapping_add(1);
             }
@@ -641,12 +649,7 @@ impl<const N: usize> Planner<N> {
         if !self.may_change(n - 1) || self.dwell > 0 || share <= 0.0 {
             return Join::Apart;
         }
-        let same = old.rapid == chord.rapid
-            && old.asked == chord.asked
-            && (chord.rapid
-                || (old.nominal < SAME_SPEED * chord.nominal
-                    && chord.nominal < SAME_SPEED * old.nominal));
-        if !same {
+        if !self.is_alike(&old, chord) {
             *spacing = Spacing::NONE;
             return Join::Apart;
         }
@@ -726,6 +729,21 @@ impl<const N: usize> Planner<N> {
         let v = lesser(line.nominal, line.body.v);
         let stop = steep.distance(v, 0.0);
         (v * resample::BEAT).max(5.0 * chord).max(stop * (1.0 / 48.0))
+    }
+
+    /// Whether a chord belongs to the newest line by its speed and tolerance.
+    fn is_alike(&self, old: &Block<N>, chord: &Block<N>) -> bool {
+        if old.rapid != chord.rapid || old.asked != chord.asked {
+            return false;
+        }
+        let close = |a: f32, b: f32| a < SAME_SPEED * b && b < SAME_SPEED * a;
+        if chord.rapid || close(old.nominal, chord.nominal) {
+            return true;
+        }
+        // Between whole steps the length of a short chord is anything; what they make together is not.
+        let whole = (old.length + chord.length) / (old.duration + chord.duration);
+        let rounding = Real::abs(chord.length - chord.duration * whole) <= ROUNDING;
+        rounding && (self.pace <= 0.0 || close(self.pace, whole))
     }
 
     /// Whether block `k` is neither run nor next.
@@ -963,6 +981,7 @@ impl<const N: usize> Planner<N> {
         block.stop = self.dwell > 0 || self.ring.len() == 0;
         self.dwell = 0;
         self.cone = None;
+        self.pace = 0.0;
         self.append(block, safe);
     }
 

@@ -318,7 +318,10 @@ fn limit<const N: usize>(
             short_j: s.alone * felt * v * inverse_j,
         };
         slow_a = greater(slow_a, share.along_a);
-        slower_j = greater(slower_j, share.along_j / (1.0 - v * v * (v * share.round_j + share.short_j)));
+        slower_j = greater(
+            slower_j,
+            share.along_j / (1.0 - v * v * (v * share.round_j + share.short_j)),
+        );
         shares[i] = share;
     }
     let mut slack = Slack {
@@ -518,12 +521,5 @@ pub(super) fn zone<const N: usize>(
             s.m3 += curvature / after.d;
         }
     }
-    limit(
-        scaled,
-        &slopes,
-        Short::NONE,
-        split,
-        1.0,
-        Ends::OPEN,
-    )
+    limit(scaled, &slopes, Short::NONE, split, 1.0, Ends::OPEN)
 }

@@ -79,7 +79,11 @@ pub(super) fn decide<const N: usize>(
         return;
     }
     // A way back reaches its point.
-    let inside = if turn > REVERSAL { 0.0 } else { tolerance + block.outside };
+    let inside = if turn > REVERSAL {
+        0.0
+    } else {
+        tolerance + block.outside
+    };
     let (corner, time) = corner::passage(scaled, further, before, block, turn, inside, room);
     if d >= 0.5 * l1.max(l2) && turn <= SHARPEST {
         block.d = d;

@@ -14,6 +14,7 @@
 //! as high as still leaves room for the ramp down to the next root.
 
 use super::block::{Span, Target};
+use super::corner::Corner;
 use super::ramp::Slack;
 use super::ring::Ring;
 use crate::math::Real;
@@ -78,21 +79,43 @@ pub(super) fn cap<const N: usize>(ring: &Ring<N>, i: usize, factors: &Factors) -
 struct Ahead<'a> {
     next: Option<&'a Span>,
     cap: f32,
-    /// Rise of ramps that end at its start.
-    rise: f32,
+    /// The corner at its start, if there is one.
+    corner: Option<&'a Corner>,
 }
 
-/// From `way` before the end of `span` (with speed limit `cap`) to the start of the next span, a corner where `rise` is
-/// above zero.
-pub(super) fn adjacent(span: &Span, way: f32, cap: f32, next: Option<&Span>, rise: f32) -> Target {
+/// From `way` before the end of `span` (with speed limit `cap`) to the start of the next span: a corner, perhaps.
+pub(super) fn adjacent(
+    span: &Span,
+    way: f32,
+    cap: f32,
+    next: Option<&Span>,
+    corner: Option<&Corner>,
+) -> Target {
     Target {
         span: 1,
         way,
         speed: next.map_or(0.0, |n| n.entry),
         slack: span.slack,
         cap,
-        rise,
+        rise: corner.map_or(0.0, |c| c.rise),
     }
+}
+
+/// The same corner at half the speed and as a stop: more slowly it asks for a shorter rise, so a ramp from a higher speed may
+/// fit, where what arrived last has made a corner of what was the end.
+pub(super) fn slower(target: &Target, corner: &Corner) -> [Target; 2] {
+    let speed = 0.5 * target.speed;
+    let half = Target {
+        speed,
+        rise: corner.time(speed),
+        ..*target
+    };
+    let stop = Target {
+        speed: 0.0,
+        rise: 0.0,
+        ..*target
+    };
+    [half, stop]
 }
 
 /// The same to the root of the next span, if a ramp may run through both and the next has no speed of its own.
@@ -127,7 +150,7 @@ pub(super) fn plan<const N: usize>(ring: &mut Ring<N>, factors: &Factors, change
         let ahead = Ahead {
             next: ring.span(i + 1),
             cap: ahead_cap,
-            rise: ring.corner_at(i + 1).map_or(0.0, |c| c.rise),
+            corner: ring.corner_at(i + 1),
         };
         let (own, (entry, root)) = match ahead.next {
             Some(next) if span.is_border() => (f32::INFINITY, carried(next, ahead.cap)),
@@ -176,7 +199,7 @@ fn carried(next: &Span, next_cap: f32) -> (f32, Target) {
 
 /// Highest speed at the start of `span`, `way` before the end of which a ramp may begin, and the ramp that it stands for.
 fn entry(span: &Span, way: f32, is_body: bool, own: f32, ahead: &Ahead<'_>) -> (f32, Target) {
-    let near = adjacent(span, way, own, ahead.next, ahead.rise);
+    let near = adjacent(span, way, own, ahead.next, ahead.corner);
     if !(span.through || is_body) {
         return (lesser(near.speed, own), near);
     }

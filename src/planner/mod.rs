@@ -300,7 +300,11 @@ impl<const N: usize> Planner<N> {
                 self.begin(rest, safe);
             }
             _ => {
-                let turns = self.ring.len().checked_sub(1).and_then(|k| self.ring.get(k));
+                let turns = self
+                    .ring
+                    .len()
+                    .checked_sub(1)
+                    .and_then(|k| self.ring.get(k));
                 if self.dwell == 0
                     && turns.is_some_and(|old| !junction::is_gentle(&self.weight, old, &chord))
                 {
@@ -634,12 +638,7 @@ impl<const N: usize> Planner<N> {
     }
 
     /// What becomes of the newest block and the move `chord` to `target` behind it. `spacing`: the length that lines are to have, as it is to be from now on.
-    fn join(
-        &self,
-        chord: &Block<N>,
-        target: &[i64; N],
-        spacing: &mut Spacing,
-    ) -> Join<N> {
+    fn join(&self, chord: &Block<N>, target: &[i64; N], spacing: &mut Spacing) -> Join<N> {
         let n = self.ring.len();
         let tolerance = self.path.tolerance() * self.unit;
         let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
@@ -728,7 +727,9 @@ impl<const N: usize> Planner<N> {
         let steep = line.body.slack.at(0.0, 0.0);
         let v = lesser(line.nominal, line.body.v);
         let stop = steep.distance(v, 0.0);
-        (v * resample::BEAT).max(5.0 * chord).max(stop * (1.0 / 48.0))
+        (v * resample::BEAT)
+            .max(5.0 * chord)
+            .max(stop * (1.0 / 48.0))
     }
 
     /// Whether a chord belongs to the newest line by its speed and tolerance.
@@ -853,9 +854,8 @@ impl<const N: usize> Planner<N> {
             return;
         }
         let part = back / before.length;
-        let at = core::array::from_fn(|i| {
-            before.end[i] - scaled_way(before.end[i] - anchor[i], part)
-        });
+        let at =
+            core::array::from_fn(|i| before.end[i] - scaled_way(before.end[i] - anchor[i], part));
         let first = self.block(&anchor, &at, before.duration * (1.0 - part) * 1.0e-3);
         let second = self.block(
             &at,
@@ -898,7 +898,9 @@ impl<const N: usize> Planner<N> {
             return;
         };
         let limit = block::body(&self.scaled, before.as_ref(), &block, None, Last::Complete);
-        block.body.limit((block.length - block.z).max(0.0), limit, true);
+        block
+            .body
+            .limit((block.length - block.z).max(0.0), limit, true);
         if let Some(place) = self.ring.get_mut(k) {
             *place = block;
         }
@@ -1285,14 +1287,6 @@ impl<const N: usize> Planner<N> {
         }
     }
 
-    pub fn debug_safe(&self) -> (usize, Option<usize>, (f32, u8)) { (self.runner.safe_vertex(&self.plan()), self.safe, self.spacing.debug()) }
-    pub fn debug_ramp(&self) -> (f32,f32) { match &self.runner.mode { run::Mode::Ramp(r) => (r.acceleration, r.jerk), _ => (0.0,0.0) } }
-    pub fn debug_state(&self) -> (i64, f32, &'static str, Option<(i64,i64,f32,bool)>) {
-        (self.runner.x, self.runner.speed(), match &self.runner.mode { run::Mode::Rest => "rest", run::Mode::Cruise{..} => "cruise", run::Mode::Ramp(r) => if r.slows() {"down"} else {"up"} }, self.runner.window.map(|w| (w.t, w.half, profile::speed_of(w.v), w.passed)))
-    }
-    pub fn debug_span(&self, k: usize) -> Option<[f32; 8]> {
-        self.ring.get(k).map(|b| [b.length, b.d, if b.corner.v>0.0 {-b.corner.v} else {b.z}, b.body.v, b.body.slack.at(b.body.v,0.0).a, b.body.slack.at(b.body.v,0.0).j, b.body.entry, b.nominal])
-    }
     fn path_position(&self) -> [i64; N] {
         match self.ring.get(0) {
             Some(head) => self.trace.position(

@@ -52,7 +52,8 @@ pub(super) fn time_over(way: i64, v: i64) -> f32 {
 
 /// The same to the last bit, where a sum of times must come out; `way` above 0.
 pub(super) fn exact_time_over(way: i64, v: i64) -> i64 {
-    let time = (u128::from(way.unsigned_abs()) << (16 + FRACTION)) / u128::from(v.max(1).unsigned_abs());
+    let time =
+        (u128::from(way.unsigned_abs()) << (16 + FRACTION)) / u128::from(v.max(1).unsigned_abs());
     i64::try_from(time).unwrap_or(i64::MAX)
 }
 

@@ -151,7 +151,6 @@ impl Spacing {
         }
     }
 
-    pub fn debug(&self) -> (f32, u8) { (self.length, self.straight) }
     /// The tolerance has ended a line of this length.
     pub fn cut(&mut self, length: f32) {
         self.length = self.length.min(ROOM * length);

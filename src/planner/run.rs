@@ -153,16 +153,22 @@ impl<const N: usize> Plan<'_, N> {
     }
 
     /// Where a ramp down may lead from `way` before the end of span `i`.
-    fn targets(&self, i: usize, way: f32) -> (Option<Target>, Option<Target>) {
+    fn targets(&self, i: usize, way: f32, v: f32) -> (Option<Target>, Option<Target>) {
         let Some(span) = self.ring.span(i) else {
             return (None, None);
         };
         let next = self.ring.span(i + 1);
         let cap = self.cap(i);
-        (
-            Some(adjacent(span, way, cap, next, self.rise(i + 1))),
-            beyond(span, way, cap, next, self.cap(i + 1)),
-        )
+        let corner = self.ring.corner_at(i + 1);
+        let mut near = adjacent(span, way, cap, next, corner);
+        let fits = |t: &Target| v <= t.speed || t.steep().distance(v, t.speed) <= t.way;
+        if let Some(corner) = corner
+            && !fits(&near)
+        {
+            let others = look_ahead::slower(&near, corner);
+            near = others.into_iter().find(fits).unwrap_or(near);
+        }
+        (Some(near), beyond(span, way, cap, next, self.cap(i + 1)))
     }
 
     /// The nearest span whose start a ramp from `v`, `way` before the end of span `i`, can reach at a speed fit for it.
@@ -202,7 +208,7 @@ impl<const N: usize> Plan<'_, N> {
         if self.ring.span(i + 1).is_some_and(|n| v <= n.entry) && way >= self.calm(i + 1, v) {
             return true;
         }
-        let (near, far) = self.targets(i, way);
+        let (near, far) = self.targets(i, way, v);
         let by_root = [near, far.filter(|t| v <= t.cap * USABLE)]
             .into_iter()
             .flatten()
@@ -273,8 +279,13 @@ impl Runner {
         };
         let most = self.speed().max(speed);
         // A ramp that ends on a border does not reach into what begins there.
-        for i in plan.locate(self.x)..=plan.locate(end - 1) {
+        let first = plan.locate(self.x);
+        for i in first..=plan.locate(end - 1) {
             let Some(span) = plan.ring.span(i) else { break };
+            // No ramp leads through a corner.
+            if i > first && plan.ring.corner_at(i).is_some() {
+                return false;
+            }
             let steep = span.slack.at(most, 0.0);
             let within =
                 ramp.is_none_or(|r| r.acceleration <= steep.a * 1.001 && r.jerk <= steep.j * 1.001);
@@ -512,7 +523,12 @@ impl Runner {
             _ => return,
         };
         // Else a ramp down is still to come.
-        let most = plan.ring.span(2).map_or(0.0, |corner| corner.entry);
+        let entry = plan.ring.span(2).map_or(0.0, |corner| corner.entry);
+        // What has arrived since a ramp down began may have lowered the entry; the corner itself allows its speed.
+        let most = match &self.mode {
+            Mode::Ramp(ramp) if ramp.slows() => corner.v,
+            _ => entry,
+        };
         if profile::speed_of(v) > most * (1.0 + WORTH) {
             return;
         }
@@ -611,7 +627,7 @@ impl Runner {
             return;
         }
         // On the way to a root no span's own limit may be passed, and nothing here asks for more speed.
-        let (near, far) = plan.targets(i, way);
+        let (near, far) = plan.targets(i, way, v);
         let far = far.filter(|t| v <= t.cap * USABLE && t.speed < v);
         let mut best: Option<(i64, i64, Target)> = None;
         let fits = |t: &Target| t.steep().distance(v, t.speed) <= t.way;
@@ -715,10 +731,7 @@ impl Runner {
                     // A corner lies ahead, at constant speed or a lower one: as slow as may be until there, but not crawling.
                     let steep = slack.at(v, 0.0);
                     let reach = reach - plan.calm(k, v);
-                    w = steep
-                        .slowest(reach, v)
-                        .max(w)
-                        .max(0.3 * next.entry.min(v));
+                    w = steep.slowest(reach, v).max(w).max(0.3 * next.entry.min(v));
                     if steep.distance(v, w) > reach {
                         w = v;
                     }
@@ -736,11 +749,9 @@ impl Runner {
         let steep = slack.at(v, 0.0);
         let after = self.x + Ramp::way(self.v, w_bits, &steep);
         if w > 0.0 && w < v && !plan.is_feasible(after, w) {
-            let (near, far) = plan.targets(i, way);
+            let (near, far) = plan.targets(i, way, v);
             let fitting = [far, near].into_iter().flatten().find(|t| {
-                t.speed < v
-                    && v <= t.cap * USABLE
-                    && t.steep().distance(v, t.speed) <= t.way
+                t.speed < v && v <= t.cap * USABLE && t.steep().distance(v, t.speed) <= t.way
             });
             let bound = plan.ring.span(i + 1).is_none_or(|n| v > n.entry);
             match fitting {
@@ -772,18 +783,19 @@ fn peak<const N: usize>(
     let mut best = v;
     let mut m = i + 1;
     loop {
-        let climb = |to: f32, way: f32, cap: f32, slack: &Slack, down: f32, corner: Option<&Corner>| {
-            Climb {
-                way,
-                from: v,
-                to,
-                cap,
-                up: slack.at(cap, rise),
-                down: slack.at(cap, down),
-                corner: corner.copied(),
-            }
-            .peak()
-        };
+        let climb =
+            |to: f32, way: f32, cap: f32, slack: &Slack, down: f32, corner: Option<&Corner>| {
+                Climb {
+                    way,
+                    from: v,
+                    to,
+                    cap,
+                    up: slack.at(cap, rise),
+                    down: slack.at(cap, down),
+                    corner: corner.copied(),
+                }
+                .peak()
+            };
         let Some(next) = plan.ring.span(m) else {
             return best.max(climb(0.0, way, cap, &slack, 0.0, None));
         };

@@ -234,10 +234,7 @@ fn a_circle_of_ten_thousand_chords_takes_its_length_over_feed_and_the_ramps() {
                     0.0,
                     0.0,
                 ];
-                (
-                    q.map(f64::round),
-                    (length / 10_000.0 / feed) as f32,
-                )
+                (q.map(f64::round), (length / 10_000.0 / feed) as f32)
             })
             .collect();
         let program = Program {

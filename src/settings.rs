@@ -10,6 +10,8 @@
 use crate::error::Error;
 use crate::math::Real;
 use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
+use crate::shaper::design::{MOST_DAMPING, MOST_HZ};
+use crate::shaper::{Design, Kind, Mode, Reason, Refusal, Wish};
 use crate::stepper::{StepMode, Timing};
 
 /// Motors of the usual machine.
@@ -70,9 +72,11 @@ const fn axis(
 
 const POSITIVE: f32 = 1e-6;
 const LARGE: f32 = 1e9;
+/// Lowest frequency that may be set; what a shaper can hold is above it [Hz].
+const LEAST_HZ: f32 = 0.1;
 
 /// The table, ascending.
-pub const TABLE: [Row; 16] = [
+pub const TABLE: [Row; 21] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -156,6 +160,41 @@ pub const TABLE: [Row; 16] = [
         (-LARGE, LARGE),
         (200.0, 360.0),
     ),
+    axis(
+        1200,
+        "shaper (0 off, 1 ZV, 2 ZVD, 3 EI for 5 %)",
+        "",
+        (0.0, 3.0),
+        (0.0, 0.0),
+    ),
+    axis(
+        1210,
+        "frequency of the vibration",
+        "Hz",
+        (LEAST_HZ, MOST_HZ as f32),
+        (25.0, 25.0),
+    ),
+    axis(
+        1220,
+        "damping of the vibration",
+        "",
+        (0.0, MOST_DAMPING as f32),
+        (0.0, 0.0),
+    ),
+    axis(
+        1230,
+        "frequency of a second vibration (0: none)",
+        "Hz",
+        (0.0, MOST_HZ as f32),
+        (0.0, 0.0),
+    ),
+    axis(
+        1240,
+        "damping of the second vibration",
+        "",
+        (0.0, MOST_DAMPING as f32),
+        (0.0, 0.0),
+    ),
 ];
 
 /// Numbers of the rows that code refers to.
@@ -175,6 +214,11 @@ const TRIM_SHARE: usize = 12;
 const TRIM_BOUND: usize = 13;
 const LOWER: usize = 14;
 const UPPER: usize = 15;
+const SHAPER: usize = 16;
+const SHAPER_HZ: usize = 17;
+const SHAPER_DAMPING: usize = 18;
+const SECOND_HZ: usize = 19;
+const SECOND_DAMPING: usize = 20;
 
 /// Motors before this one slide.
 const FIRST_TURNING: usize = 3;
@@ -275,6 +319,7 @@ impl<const N: usize> Settings<N> {
         if lower.iter().zip(upper).any(|(lo, hi)| *lo > hi) {
             return Err(Error::ValueRange);
         }
+        changed.shapers().map_err(|_| Error::ValueRange)?;
         *self = changed;
         Ok(())
     }
@@ -355,6 +400,47 @@ impl<const N: usize> Settings<N> {
     pub fn trim_bound(&self) -> [i32; N] {
         let bound = |i| Real::round(self.values[TRIM_BOUND][i] * self.values[STEPS][i]) as i32;
         core::array::from_fn(|i| bound(i).min(MOST_TRIM))
+    }
+
+    /// What the motors' commands are shaped by.
+    pub fn shapers(&self) -> Result<Design<N>, Refusal> {
+        let mut wishes = [Wish::default(); N];
+        for (joint, wish) in wishes.iter_mut().enumerate() {
+            let mode = |hz: usize, damping: usize| Mode {
+                hz: self.values[hz][joint],
+                damping: self.values[damping][joint],
+            };
+            let second = mode(SECOND_HZ, SECOND_DAMPING);
+            *wish = Wish {
+                kind: Kind::of(self.values[SHAPER][joint]).ok_or(Refusal {
+                    joint,
+                    reason: Reason::Kind,
+                })?,
+                first: mode(SHAPER_HZ, SHAPER_DAMPING),
+                second: (second.hz > 0.0).then_some(second),
+            };
+        }
+        let steps = self.values[STEPS];
+        let fastest = core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
+        Design::new(&wishes, &fastest)
+    }
+
+    /// Why a value of a shaper is refused, if it is for the shaper's sake.
+    pub fn refused_shaper(&self, number: u16, value: f32) -> Option<Refusal> {
+        let (row, joint) = find::<N>(number)?;
+        let reason = match row {
+            SHAPER => Reason::Kind,
+            SHAPER_HZ | SECOND_HZ => Reason::Frequency,
+            SHAPER_DAMPING | SECOND_DAMPING => Reason::Damping,
+            _ => return None,
+        };
+        let (lo, hi) = TABLE[row].range;
+        if !(value >= lo && value <= hi) {
+            return Some(Refusal { joint, reason });
+        }
+        let mut changed = self.clone();
+        changed.values[row][joint] = value;
+        changed.shapers().err()
     }
 
     /// Steps per mm or degree.

@@ -1,7 +1,7 @@
 //! Lines -> what is to be done, and their answers.
 
 use super::answers::LONGEST_ANSWER;
-use super::trims::Follow;
+use super::trims::{Follow, letter};
 use super::{Controller, Job, StreamError};
 use crate::board::Board;
 use crate::error::Error;
@@ -10,7 +10,9 @@ use crate::program::processes::Processes;
 use crate::program::words::Decimal;
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
-use crate::settings::LETTERS;
+use crate::settings::{LETTERS, Settings};
+use crate::shaper::design::{MOST_DAMPING, MOST_DAMPING_EI, MOST_HZ};
+use crate::shaper::{HISTORY, Reason};
 use crate::stepper::{CountError, CountLine, Preset};
 
 /// When a line is answered.
@@ -23,7 +25,9 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     /// Whether a line may be taken now: at rest, or as the next target of a stream.
     pub(super) fn takes_lines(&self) -> bool {
         let free = match &self.job {
-            Job::None => self.planner.is_idle() && self.pending.is_none(),
+            Job::None => {
+                self.planner.is_idle() && self.shaper.is_settled() && self.pending.is_none()
+            }
             Job::Stream { waiting, .. } => waiting.is_none(),
             Job::Process { .. } => !self.processes.owes_answer(),
             _ => false,
@@ -196,7 +200,8 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
 
     /// Whether a motion may begin: nothing else is under way, nothing is locked.
     pub(super) fn may_move(&mut self) -> Result<(), Error> {
-        if !matches!(self.job, Job::None) || !self.planner.is_idle() || self.planner.is_held() {
+        let rests = self.planner.is_idle() && self.shaper.is_settled();
+        if !matches!(self.job, Job::None) || !rests || self.planner.is_held() {
             return Err(Error::NotIdle);
         }
         if self.alarm.is_some() {
@@ -216,8 +221,34 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::NotIdle);
         }
         let mut settings = self.settings.clone();
-        settings.set(number, value, B::TICK_HZ)?;
+        if let Err(error) = settings.set(number, value, B::TICK_HZ) {
+            self.say_setting(&settings, number, value);
+            return Err(error);
+        }
         self.configure(settings)
+    }
+
+    /// Why a shaper's setting is refused, by name.
+    fn say_setting(&mut self, settings: &Settings<N>, number: u16, value: f32) {
+        let Some(refusal) = settings.refused_shaper(number, value) else {
+            return;
+        };
+        let (name, letter) = (refusal.reason.name(), letter(refusal.joint));
+        match refusal.reason {
+            Reason::Kind => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: expected 0 off, 1 ZV, 2 ZVD, 3 EI]"
+            )),
+            Reason::Frequency => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: expected 0.1 to {MOST_HZ} Hz, half the sample rate is 500]"
+            )),
+            Reason::Damping => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: expected 0 to {MOST_DAMPING}, for EI to {MOST_DAMPING_EI}]"
+            )),
+            Reason::TooLong { samples } => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: {samples} ms, expected at most {}; higher frequencies are shorter]",
+                HISTORY - 1
+            )),
+        }
     }
 
     fn count_line(

@@ -30,6 +30,7 @@ use crate::protocol::cue::Cues;
 use crate::protocol::report::State;
 use crate::protocol::{LineReader, RealTime};
 use crate::settings::{AXES, Settings};
+use crate::shaper::Shaper;
 use crate::stepper::interpolator::Instant;
 use crate::stepper::{CountLine, SegmentSender, Segmenter, Shared};
 use answers::Answers;
@@ -87,6 +88,7 @@ pub struct Controller<'a, B: Board, const N: usize = AXES, P: Processes<N> = NoP
     planner: &'a mut Planner<N>,
     /// A sample that found no room in the queue.
     pending: Option<Sample<N>>,
+    shaper: Shaper<N>,
     segmenter: Segmenter<N>,
     segments: SegmentSender<'a, N>,
     shared: &'a Shared,
@@ -141,6 +143,7 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             job: Job::None,
             planner,
             pending: None,
+            shaper: Shaper::new(),
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),
             segments,
             shared,
@@ -201,7 +204,9 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             State::Alarm
         } else if self.planner.is_held() {
             State::Hold {
-                moving: !self.planner.is_at_rest() || !self.motors_rest(),
+                moving: !self.planner.is_at_rest()
+                    || !self.shaper.is_settled()
+                    || !self.motors_rest(),
             }
         } else if !self.is_moving() {
             State::Idle
@@ -256,6 +261,7 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
         !matches!(self.job, Job::None)
             || !self.planner.is_idle()
             || self.pending.is_some()
+            || !self.shaper.is_settled()
             || !self.motors_rest()
     }
 
@@ -274,6 +280,8 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             return Err(Error::NotIdle);
         }
         let limits = settings.limits(B::TICK_HZ).map_err(|_| Error::ValueRange)?;
+        let shapers = settings.shapers().map_err(|_| Error::ValueRange)?;
+        self.shaper.set(shapers);
         self.segmenter.set_timing(settings.timing(B::TICK_HZ));
         self.board.set_step_mode(settings.step_mode());
         self.planner.set_limits(limits);

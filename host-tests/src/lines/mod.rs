@@ -158,9 +158,15 @@ pub fn setting_lines<const N: usize>(settings: &Settings<N>) -> Vec<String> {
     let mut set: Vec<String> = (110..110 + motors).map(|n| format!("${n}=1")).collect();
     set.extend((1040..1040 + motors).map(|n| format!("${n}=-1000000")));
     set.extend((1050..1050 + motors).map(|n| format!("${n}=1000000")));
-    let others = settings.all().filter(|(n, _)| !rate(*n) && *n != 1012);
+    // A shaper that is off takes any frequency.
+    let shaper = |number: u16| (1200..1200 + motors).contains(&number);
+    set.extend((1200..1200 + motors).map(|n| format!("${n}=0")));
+    let others = settings
+        .all()
+        .filter(|(n, _)| !rate(*n) && !shaper(*n) && *n != 1012);
     set.extend(others.map(line));
     set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
+    set.extend(settings.all().filter(|(n, _)| shaper(*n)).map(line));
     set
 }
 

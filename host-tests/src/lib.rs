@@ -5,6 +5,7 @@ pub mod cli;
 pub mod emulator;
 pub mod export;
 pub mod files;
+pub mod flexible;
 pub mod job;
 pub mod lines;
 pub mod machine;

@@ -12,7 +12,7 @@ use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
 use crate::settings::{LETTERS, Settings};
 use crate::shaper::design::{MOST_DAMPING, MOST_DAMPING_EI, MOST_HZ};
-use crate::shaper::{HISTORY, Reason};
+use crate::shaper::{HISTORY, LONGEST, Reason};
 use crate::stepper::{CountError, CountLine, Preset};
 
 /// When a line is answered.
@@ -239,14 +239,17 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
                 "[MSG:{name} {letter}: expected 0 off, 1 ZV, 2 ZVD, 3 EI]"
             )),
             Reason::Frequency => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: expected 0.1 to {MOST_HZ} Hz, half the sample rate is 500]"
+                "[MSG:{name} {letter}: expected 0.1 to {} Hz, below half of 1000 samples a second]",
+                Decimal(MOST_HZ as f32)
             )),
             Reason::Damping => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: expected 0 to {MOST_DAMPING}, for EI to {MOST_DAMPING_EI}]"
+                "[MSG:{name} {letter}: expected 0 to {}, for EI to {}]",
+                Decimal(MOST_DAMPING as f32),
+                Decimal(MOST_DAMPING_EI as f32)
             )),
             Reason::TooLong { samples } => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: {samples} ms, expected at most {}; higher frequencies are shorter]",
-                HISTORY - 1
+                "[MSG:{name} {letter}: {samples} ms, expected at most {LONGEST}, {} of all motors; higher frequencies are shorter]",
+                (HISTORY - 1) * N
             )),
         }
     }

@@ -223,10 +223,11 @@ fn split<R: Real>(mode: &Mode<R>, x: R) -> [R; 2] {
     }
     let omega = R::TAU * mode.hz / R::of(RATE.into());
     let (sigma, v) = (mode.damping * omega, mode.root() * omega);
-    let per = v.sin();
+    let sin = |angle: R| angle.sin_cos().0;
+    let per = sin(v);
     [
-        (sigma * x).exp() * ((R::ONE - x) * v).sin() / per,
-        (sigma * (x - R::ONE)).exp() * (x * v).sin() / per,
+        (sigma * x).exp() * sin((R::ONE - x) * v) / per,
+        (sigma * (x - R::ONE)).exp() * sin(x * v) / per,
     ]
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //!                  +--> w0 p(t) + w1 p(t - d1) + ...  = first --> the same again = second --> out
 //!   p(t) --> ring -+                                                (a second vibration, if there is one)
-//!                  the last 128 samples
+//!                  the last samples
 //!
 //!   out = p(t) - sum_a v_a ( sum_b w_b (p(t) - p(t - a - b)) )        sums of 2^-30 weights, exactly 1
 //! ```
@@ -17,9 +17,9 @@
 //! speeds are even; where they change, each joint rounds its own way, and the tool leaves the path by as much as the
 //! report of a path tells.
 //!
-//! **Memory.** The ring holds 32-bit positions at a scale by which the joint's fastest way through the ring fits;
-//! differences wrap rightly. 128 samples hold ZVD and EI down to 8 Hz, ZV down to 4 Hz, two vibrations whose lengths
-//! add up to 127 ms.
+//! **Memory.** A ring for each joint, as long as its shaper, of 32-bit positions at a scale by which the joint's fastest
+//! way through its ring fits; differences wrap rightly. All rings share [`HISTORY`] samples a joint. Without damping that is
+//! ZVD or EI on all joints down to 12.9 Hz, on one of six, the others delayed, down to 7.5 Hz; ZV down to half of that.
 //!
 //! Runs in the foreground, between planner and segmenter. Cost: about 10 instructions a weight, up to nine for one
 //! vibration and 54 for two, each joint and millisecond; none when off.
@@ -29,7 +29,7 @@ pub mod design;
 mod taps;
 
 pub use design::{Kind, Mode, Reason};
-pub use taps::{Design, HISTORY, Refusal, Wish};
+pub use taps::{Design, HISTORY, LONGEST, Refusal, Wish};
 
 use fixed::types::I32F32;
 use taps::{Joint, WEIGHT_BITS};
@@ -37,9 +37,10 @@ use taps::{Joint, WEIGHT_BITS};
 /// Shapes the positions of N joints.
 pub struct Shaper<const N: usize> {
     design: Design<N>,
-    ring: [[i32; N]; HISTORY],
-    /// Where the newest sample is.
-    at: usize,
+    /// The joints' rings, one behind the other.
+    rings: [[i32; N]; HISTORY],
+    /// Where the newest sample of each is.
+    at: [u8; N],
     /// Samples until the ring holds but one position.
     left: u8,
     /// The newest sample of the command.
@@ -51,8 +52,8 @@ impl<const N: usize> Shaper<N> {
     pub const fn new() -> Self {
         Self {
             design: Design::OFF,
-            ring: [[0; N]; HISTORY],
-            at: 0,
+            rings: [[0; N]; HISTORY],
+            at: [0; N],
             left: 0,
             newest: [I32F32::ZERO; N],
         }
@@ -61,6 +62,7 @@ impl<const N: usize> Shaper<N> {
     /// Other shapers. Only at rest: what is under way ends where it is.
     pub fn set(&mut self, design: Design<N>) {
         self.design = design;
+        self.at = [0; N];
         self.left = 0;
     }
 
@@ -87,56 +89,63 @@ impl<const N: usize> Shaper<N> {
         if self.design.length == 0 || self.left == 0 && !moved {
             return *position;
         }
-        if self.left == 0 {
-            let rest = self.design.scaled(&self.newest);
-            self.ring.fill(rest);
-        }
+        let begins = self.left == 0;
         self.left = if moved {
             self.design.length
         } else {
             self.left - 1
         };
-        self.newest = *position;
-        self.at = (self.at + 1) % HISTORY;
-        if let Some(row) = self.ring.get_mut(self.at) {
-            *row = self.design.scaled(position);
+        let mut shaped = *position;
+        let mut rings = self.rings.as_flattened_mut();
+        for (i, joint) in self.design.joints.iter().enumerate() {
+            let (ring, others) = rings.split_at_mut(joint.samples.into());
+            rings = others;
+            if begins {
+                ring.fill(joint.scaled(self.newest[i]));
+            }
+            let next = self.at[i] + 1;
+            self.at[i] = if next < joint.samples { next } else { 0 };
+            let at = usize::from(self.at[i]);
+            if let Some(newest) = ring.get_mut(at) {
+                *newest = joint.scaled(position[i]);
+            }
+            shaped[i] = I32F32::from_bits(position[i].to_bits() - joint.behind(ring, at));
         }
-        core::array::from_fn(|i| {
-            let behind = self.behind(i);
-            I32F32::from_bits(position[i].to_bits() - behind)
-        })
+        self.newest = *position;
+        shaped
+    }
+}
+
+impl Joint {
+    /// A position as the ring holds it: the low bits of what may be far away.
+    fn scaled(&self, position: I32F32) -> i32 {
+        (position.to_bits() >> self.shift) as i32
     }
 
-    /// How far a joint's output is behind its command [2^-32 steps].
-    fn behind(&self, i: usize) -> i64 {
-        let Joint {
-            first,
-            second,
-            shift,
-        } = &self.design.joints[i];
-        let at = |delay: usize| {
-            // Delays add up to less than HISTORY.
-            let row = self.ring.get(self.at.wrapping_sub(delay) % HISTORY);
-            row.map_or(0, |row| row[i])
+    /// How far the output is behind its command [2^-32 steps]; the newest sample stands `at` a place of the ring.
+    fn behind(&self, ring: &[i32], at: usize) -> i64 {
+        let ago = |delay: usize| {
+            // Delays add up to less than the ring has.
+            let place = if delay <= at { at } else { at + ring.len() };
+            ring.get(place - delay).copied().unwrap_or(0)
         };
-        let now = at(0);
-        // A difference is below 2^31, its mean with positive weights of sum 2^30 below 2^61.
+        let now = ago(0);
+        // A difference is below 2^31, its mean by positive weights of sum 2^30 below 2^61.
         let mean = |from: usize| -> i64 {
-            let far = first
-                .iter()
-                .map(|(delay, weight)| i64::from(now.wrapping_sub(at(from + delay))) * weight);
-            far.sum()
+            let terms = self.first.iter();
+            let terms = terms
+                .map(|(delay, weight)| i64::from(now.wrapping_sub(ago(from + delay))) * weight);
+            terms.sum()
         };
-        if second.count == 1 {
-            // Units of 2^(shift - 32 - 30) steps; the shift is 22 at most.
-            return mean(0) >> (WEIGHT_BITS - u32::from(*shift));
+        if self.second.count == 1 {
+            // Units of 2^(shift - 32 - 30) steps; the shift is 23 at most.
+            return mean(0) >> (WEIGHT_BITS - u32::from(self.shift));
         }
-        // Two bits more than the ring has, so that the mean of both stays below 2^63.
-        let both = second
-            .iter()
-            .map(|(delay, weight)| (mean(delay) >> (WEIGHT_BITS - 2)) * weight);
-        let both: i64 = both.sum();
-        both >> (WEIGHT_BITS + 2 - u32::from(*shift))
+        // Two bits more than the ring has: the mean of both stays below 2^63.
+        let terms = self.second.iter();
+        let terms = terms.map(|(delay, weight)| (mean(delay) >> (WEIGHT_BITS - 2)) * weight);
+        let both: i64 = terms.sum();
+        both >> (WEIGHT_BITS + 2 - u32::from(self.shift))
     }
 }
 

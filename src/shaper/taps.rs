@@ -2,10 +2,11 @@
 
 use super::design::{self, DELAYED_TAPS, Kind, Mode, Reason, TAPS, Weights};
 use crate::math::Real;
-use fixed::types::I32F32;
 
-/// Samples that are remembered, the present one included: a power of two.
-pub const HISTORY: usize = 128;
+/// Samples that are remembered for each joint, on the average: one with a longer shaper takes of what others leave.
+pub const HISTORY: usize = 80;
+/// Longest shaper of a joint [samples].
+pub const LONGEST: u32 = 254;
 
 /// The sum of all weights.
 const ONE: i32 = 1 << WEIGHT_BITS;
@@ -54,7 +55,7 @@ impl<const K: usize> Taps<K> {
         };
         let (mut left, mut largest) = (ONE, 0);
         for (k, (delay, weight)) in weights.iter().enumerate() {
-            // Below 2^30, and delays below HISTORY.
+            // Below 2^30, and delays up to LONGEST.
             let scaled = Real::round(*weight * ONE as f32) as i32;
             taps.delays[k] = *delay as u8;
             taps.weights[k] = scaled;
@@ -78,6 +79,8 @@ impl<const K: usize> Taps<K> {
 pub(super) struct Joint {
     pub first: Taps<DELAYED_TAPS>,
     pub second: Taps<TAPS>,
+    /// Samples that are remembered, the present one included.
+    pub samples: u8,
     /// Units of the ring are 2^(shift - 32) steps.
     pub shift: u8,
 }
@@ -96,6 +99,7 @@ impl<const N: usize> Design<N> {
         joints: [Joint {
             first: Taps::THROUGH,
             second: Taps::THROUGH,
+            samples: 1,
             shift: 0,
         }; N],
         length: 0,
@@ -113,22 +117,35 @@ impl<const N: usize> Design<N> {
         }
         let latest = means.iter().fold(0.0, |a, b| Real::max(a, *b));
         let mut design = Self::OFF;
+        let (mut all, mut longest) = (
+            0,
+            Refusal {
+                joint: 0,
+                reason: Reason::TooLong { samples: 0 },
+            },
+        );
         for joint in 0..N {
             let [first, second] = shapers(&wishes[joint], joint)?;
             let first = design::delayed(&first, Real::max(latest - means[joint], 0.0));
             let samples = design::length(&first) + design::length(&second);
-            if samples as usize >= HISTORY {
-                return Err(Refusal {
-                    joint,
-                    reason: Reason::TooLong { samples },
-                });
+            let reason = Reason::TooLong { samples };
+            if samples > LONGEST {
+                return Err(Refusal { joint, reason });
             }
-            design.length = design.length.max(samples as u8);
+            if samples > design.length() {
+                design.length = samples as u8;
+                longest = Refusal { joint, reason };
+            }
+            all += samples as usize + 1;
             design.joints[joint] = Joint {
                 first: Taps::of(&first),
                 second: Taps::of(&second),
-                shift: scale(fastest[joint]),
+                samples: samples as u8 + 1,
+                shift: scale(fastest[joint], samples),
             };
+        }
+        if all > N * HISTORY {
+            return Err(longest);
         }
         Ok(design)
     }
@@ -136,12 +153,6 @@ impl<const N: usize> Design<N> {
     /// Samples from the last of the command to the last of the output.
     pub fn length(&self) -> u32 {
         self.length.into()
-    }
-
-    /// Positions as the ring holds them.
-    pub(super) fn scaled(&self, position: &[I32F32; N]) -> [i32; N] {
-        // The low bits of what may be far away: differences wrap.
-        core::array::from_fn(|i| (position[i].to_bits() >> self.joints[i].shift) as i32)
     }
 }
 
@@ -159,10 +170,10 @@ fn shapers(wish: &Wish, joint: usize) -> Result<[Weights<f32, TAPS>; 2], Refusal
     ])
 }
 
-/// The finest scale by which a way through the whole ring, at a quarter more than the speed [steps/s], stays below 2^31.
-fn scale(fastest: f32) -> u8 {
-    let way = fastest * (1.25 * HISTORY as f32 / design::RATE as f32);
-    // Up to 10^7 steps/s, so below 2^21 steps.
+/// The finest scale by which the way in so many samples, at a quarter more than the speed [steps/s], stays below 2^31.
+fn scale(fastest: f32, samples: u32) -> u8 {
+    let way = fastest * (1.25 * samples as f32 / design::RATE as f32);
+    // Up to 10^7 steps/s, so below 2^22 steps.
     let bits = 32 - (way as u32).leading_zeros();
     (bits + 1) as u8
 }

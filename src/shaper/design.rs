@@ -20,8 +20,10 @@
 //! speed, acceleration and jerk a mean of commanded ones: no limit is exceeded that the command keeps.
 //!
 //! Sources: Singer & Seering, Preshaping command inputs to reduce system vibration, J. Dyn. Sys. Meas. Control 112
-//! (1990), eqs. 10 to 14 (ZV, ZVD); Singhose, Porter, Tuttle & Singer, Vibration reduction using multi-hump input
-//! shapers, ibid. 119 (1997), table 1 (EI; its fit for damped modes holds within 5.1 % up to a damping of 0.3).
+//! (1990), pp. 76-82 (ZV, ZVD); Singhose, Seering & Singer, Residual vibration reduction using vector diagrams to
+//! generate shaped inputs, J. Mech. Design 116 (1994), pp. 654-659 (EI without damping); Singhose, Porter, Tuttle &
+//! Singer, Vibration reduction using multi-hump input shapers, J. Dyn. Sys. Meas. Control 119 (1997), pp. 320-326 (its fit
+//! for damped modes: within 5.1 % up to a damping of 0.3).
 
 use crate::math::Real;
 use heapless::Vec;

@@ -12,6 +12,7 @@ use super::csv::Csv;
 use super::cues::read_cues;
 use super::points::{LONGEST_DWELL, MOST_POINTS, Pace, PathPoint, Row, circle, read_csv, trochoid};
 use super::reader::{Kind, Table};
+use super::shaping::{SHAPING, Shaping};
 use super::{Job, JobError, Place, Places};
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep::stepper::Timing;
@@ -21,6 +22,7 @@ use hexstep::stepper::Timing;
 pub struct PathJob {
     pub axes: [AxisLimits; 6],
     pub contour: Contour,
+    pub shaping: Shaping,
     pub points: Vec<PathPoint>,
     pub cues: Vec<Cue>,
     /// One for each point.
@@ -64,7 +66,7 @@ impl PathJob {
         places: &Places,
     ) -> Result<Self, JobError> {
         let [machine, path] = [root.table("machine")?, root.table("path")?];
-        machine.known(&[AXES, CONTOUR].concat())?;
+        machine.known(&[AXES, CONTOUR, SHAPING].concat())?;
         path.known(&[
             "tolerance",
             "feed",
@@ -80,6 +82,7 @@ impl PathJob {
         let (points, origin) = read_points(root, &path, pace, places)?;
         let mut job = Self {
             cues: read_cues(root, &axes, &contour, places)?,
+            shaping: Shaping::read(&machine, places)?,
             axes,
             contour,
             points,

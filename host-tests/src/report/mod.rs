@@ -14,6 +14,7 @@ mod pair;
 mod path;
 mod poses;
 mod precession;
+mod shaping;
 mod space;
 mod surface;
 
@@ -29,6 +30,7 @@ pub use pair::{PairFigures, motor_names};
 pub use path::PathFigures;
 pub use poses::PosesFigures;
 pub use precession::PrecessionFigures;
+pub use shaping::ShapingFigures;
 pub use space::Space;
 pub use surface::SurfaceFigures;
 

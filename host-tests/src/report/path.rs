@@ -2,6 +2,7 @@
 
 use super::contour::ContourError;
 use super::motors::{Channel, Motors, Quantity, end_cell, told_end, window_for};
+use super::shaping::ShapingFigures;
 use super::{Cell, Report};
 use crate::job::{FIRST_TURNING, Job, MOTORS, Pace, PathJob};
 use crate::plot::{Chart, Drawing, Pen, colour, number};
@@ -16,6 +17,8 @@ pub struct PathFigures<'a> {
     pub outcome: &'a Outcome,
     pub motors: Motors,
     pub contour: ContourError,
+    /// What the shapers do, where the job has some.
+    pub shaping: Option<ShapingFigures<'a>>,
     /// Time that the simulation itself took [s].
     pub wall: f64,
 }
@@ -26,7 +29,7 @@ impl<'a> PathFigures<'a> {
         // The path begins at rest at 0.
         let mut points = vec![[0.0; 6]];
         points.extend(path.points.iter().map(|point| point.at));
-        let slack = 4.0 * (path.contour.tolerance + path.step());
+        let slack = 4.0 * (path.contour.tolerance + path.step()) + lag(path);
         Self {
             motors: Motors::of(
                 &outcome.trace,
@@ -40,6 +43,7 @@ impl<'a> PathFigures<'a> {
                 &path.contour.weights(),
                 slack,
             ),
+            shaping: ShapingFigures::of(path, outcome, slack),
             job,
             path,
             outcome,
@@ -61,9 +65,10 @@ impl<'a> PathFigures<'a> {
         counts.map(i64::from) == self.outcome.trace.positions() && (free || Some(counts) == end)
     }
 
-    /// Tolerance and one step [mm]: what the contour may be off.
+    /// Tolerance and one step [mm], and what shaping takes the path off: what the contour may be off.
     pub fn allowed(&self) -> f64 {
-        self.path.contour.tolerance + self.path.step()
+        let shaping = self.shaping.as_ref().map_or(0.0, |s| s.error.largest);
+        self.path.contour.tolerance + self.path.step() + shaping
     }
 
     /// Whether the contour is within [`Self::allowed`]; a trim is meant to leave it.
@@ -111,10 +116,11 @@ impl<'a> PathFigures<'a> {
             format!("time     {}", self.told_time()),
             self.motors.told_pulses(trace.ticks(), self.wall),
             format!(
-                "contour  off the path by at most {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
+                "contour  off the path by at most {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}{}",
                 self.contour.largest * 1e3,
                 self.path.contour.tolerance * 1e3,
                 self.path.step() * 1e3,
+                self.told_share(),
                 if self.keeps_contour() {
                     ""
                 } else {
@@ -122,10 +128,28 @@ impl<'a> PathFigures<'a> {
                 }
             ),
             told_end(self.is_exact(), self.outcome.starved),
-            String::new(),
         ];
+        if let Some(shaping) = &self.shaping {
+            lines.extend(shaping.lines());
+        }
+        lines.push(String::new());
         lines.extend(self.motors.limits_in_lines("motor"));
         lines
+    }
+
+    fn told_limit(&self) -> &'static str {
+        if self.shaping.is_some() {
+            "tolerance; tolerance, a step and shaping"
+        } else {
+            "tolerance; tolerance and a step"
+        }
+    }
+
+    /// What of the contour error may be the shapers'.
+    fn told_share(&self) -> String {
+        self.shaping.as_ref().map_or_else(String::new, |shaping| {
+            format!(", {} µm by shaping", number(shaping.error.largest * 1e3, 2))
+        })
     }
 
     fn told_path(&self) -> String {
@@ -175,6 +199,9 @@ impl<'a> PathFigures<'a> {
         );
         self.overview(&mut report);
         self.contour_section(&mut report);
+        if let Some(shaping) = &self.shaping {
+            shaping.section(&mut report);
+        }
         self.motion_section(&mut report);
         self.pulse_section(&mut report);
         report.html()
@@ -183,10 +210,11 @@ impl<'a> PathFigures<'a> {
     fn overview(&self, report: &mut Report) {
         let trace = &self.outcome.trace;
         let contour = format!(
-            "at most {} µm off; tolerance {} µm and a step of {} µm",
+            "at most {} µm off; tolerance {} µm and a step of {} µm{}",
             number(self.contour.largest * 1e3, 2),
             number(self.path.contour.tolerance * 1e3, 2),
-            number(self.path.step() * 1e3, 2)
+            number(self.path.step() * 1e3, 2),
+            self.told_share()
         );
         let mut rows: Vec<(&str, Cell)> = vec![
             ("Path", self.told_path().into()),
@@ -206,6 +234,7 @@ impl<'a> PathFigures<'a> {
                 format!("{} times", self.outcome.starved).into(),
             ),
         ];
+        rows.extend(self.shaping.iter().flat_map(ShapingFigures::rows));
         for cue in &self.path.cues {
             rows.push(("Cue", told_cue(cue).into()));
         }
@@ -234,7 +263,7 @@ impl<'a> PathFigures<'a> {
             .x_range(from, to)
             .y_range(0.0, 1.15 * (self.allowed().max(self.contour.largest) * 1e3))
             .line("contour error", colour(0), micrometres)
-            .limit("tolerance; tolerance and a step", self.allowed() * 1e3);
+            .limit(self.told_limit(), self.allowed() * 1e3);
         if tolerance > 0.0 {
             // A step above it stands the label of both.
             chart = chart.limit("", tolerance);
@@ -382,6 +411,18 @@ impl<'a> PathFigures<'a> {
             )
             .svg()
     }
+}
+
+/// How far the joints may be behind their commands by shaping [mm]: the place on the path is looked for so far around.
+fn lag(path: &PathJob) -> f64 {
+    if !path.shaping.is_on() {
+        return 0.0;
+    }
+    // A twentieth of a second at the speed of the fastest motor that moves.
+    let weights = path.contour.weights();
+    let moving = (0..6).filter(|motor| path.moves()[*motor]);
+    let fastest = moving.map(|motor| weights[motor] * path.axes[motor].max_rate);
+    0.05 * fastest.fold(0.0, f64::max)
 }
 
 fn told_cue(cue: &Cue) -> String {

@@ -8,8 +8,12 @@ use fixed::types::I32F32;
 use hexstep::protocol::report::State;
 use hexstep::shaper::design::{Kind, Mode};
 use hexstep::shaper::{Design, HISTORY, Refusal, Shaper, Wish};
+use hexstep_host::calc;
 use hexstep_host::flexible::{Flexible, Swing};
+use hexstep_host::job::{Job, JobError, Task};
 use hexstep_host::machine::{self, Machine};
+use hexstep_host::report::PathFigures;
+use hexstep_host::run;
 use hexstep_host::trace::Trace;
 
 /// Ticks in a millisecond, at least.
@@ -487,7 +491,7 @@ fn a_reset_while_the_shaper_still_gives_is_one_in_motion() {
         assert_eq!(stopped.map(i64::from), m.trace.positions());
         assert_ne!(stopped[0], 0);
         m.heard();
-        ask(m, &["$X"]);
+        assert!(m.ask("$X").ends_with("ok\r\n"));
 
         // From where it stopped, with nothing of what was under way.
         m.say("$MOVE=1000,0,0,0,0,0");
@@ -610,4 +614,189 @@ fn settings_that_are_no_shaper_are_refused_by_name_and_change_nothing() {
         assert_eq!(m.controller.settings().get(1200), Some(2.0));
         assert_eq!(m.controller.counts()[0], 5000);
     });
+}
+
+// ---- jobs ----
+
+const FLEXIBLE: &str = include_str!("../jobs/flexible.toml");
+
+fn job(text: &str) -> Result<Job, JobError> {
+    Job::parse("jobs/flexible.toml", "flexible", text.as_bytes())
+}
+
+#[test]
+fn the_job_of_a_flexible_joint_shows_what_shaping_gains_and_what_it_costs_the_contour() {
+    let job = job(FLEXIBLE).expect("it is right");
+    let Task::Path(path) = &job.task else {
+        panic!("a path")
+    };
+    let outcome = run::run(&job, &mut |_, _| {}).expect("it runs");
+
+    let figures = PathFigures::of(&job, path, &outcome, 0.0);
+
+    assert!(figures.is_sound());
+    let shaping = figures.shaping.as_ref().expect("it has shapers");
+    let share = shaping.share().expect("it has a flexible joint");
+    println!(
+        "left {:.2} %, contour error of the shaping {:.1} um",
+        100.0 * share,
+        shaping.error.largest * 1e3
+    );
+    assert!(share < 0.02, "{share}");
+    // It is told, and it is what the contour is off beside the tolerance and a step.
+    assert!(shaping.error.largest > 0.02 && shaping.error.largest < 0.1);
+    assert!(figures.contour.largest > figures.path.contour.tolerance + figures.path.step());
+    let (summary, page) = (figures.summary().join("\n"), figures.html());
+    for text in ["off the unshaped one by at most", "% are left"] {
+        assert!(summary.contains(text) && page.contains(text), "{text}");
+    }
+    assert!(page.contains("A joint of 25.0 Hz behind d1"));
+}
+
+#[test]
+fn a_straight_move_is_not_led_off_its_line_by_shapers_of_one_kind() {
+    let points = FLEXIBLE.find("points = [").expect("there");
+    let end = points + FLEXIBLE[points..].find("\n]").expect("there") + 2;
+    let text = format!(
+        "{}points = [[9, 4, 0, 0, 0, 0]]{}",
+        &FLEXIBLE[..points],
+        &FLEXIBLE[end..]
+    );
+    for (shapers, most) in [
+        ("\"zvd\", \"zvd\", \"off\"", 0.002),
+        // Means agree, but ramps are rounded in different ways.
+        ("\"zvd\", \"off\", \"off\"", 0.6),
+    ] {
+        let text = text.replace("\"zvd\", \"off\", \"off\"", shapers);
+        let job = job(&text).expect("it is right");
+        let Task::Path(path) = &job.task else {
+            panic!("a path")
+        };
+        let outcome = run::run(&job, &mut |_, _| {}).expect("it runs");
+        let figures = PathFigures::of(&job, path, &outcome, 0.0);
+        let error = figures.shaping.as_ref().expect("shapers").error.largest;
+        println!("{shapers}: {:.1} um", error * 1e3);
+
+        assert!(error < most, "{shapers}: {error}");
+        assert!(figures.is_sound());
+    }
+}
+
+#[test]
+fn shapers_of_a_job_that_cannot_be_are_refused_at_their_keys() {
+    for (from, to, key, name) in [
+        (
+            "\"zvd\", \"off\"",
+            "\"zvx\", \"off\"",
+            "machine.shaper[0]",
+            "UnknownName",
+        ),
+        (
+            "[       25,",
+            "[      500,",
+            "machine.shaper_hz[0]",
+            "OutOfRange",
+        ),
+        (
+            "[       25,",
+            "[      -25,",
+            "machine.shaper_hz[0]",
+            "OutOfRange",
+        ),
+        (
+            "[       25,",
+            "[      nan,",
+            "machine.shaper_hz[0]",
+            "NotFinite",
+        ),
+        (
+            "[     0.02,",
+            "[     0.95,",
+            "machine.shaper_damping[0]",
+            "OutOfRange",
+        ),
+        (
+            "flexible_hz = 25",
+            "",
+            "machine.flexible_hz",
+            "MissingField",
+        ),
+        ("flexible = \"d1\"", "", "machine.flexible", "MissingField"),
+        (
+            "flexible = \"d1\"",
+            "flexible = \"d9\"",
+            "machine.flexible",
+            "UnknownName",
+        ),
+    ] {
+        assert!(FLEXIBLE.contains(from), "{from}");
+        let error = job(&FLEXIBLE.replacen(from, to, 1))
+            .map(|job| job.name)
+            .expect_err("refused");
+        assert_eq!(
+            (error.key.as_deref(), error.name),
+            (Some(key), name),
+            "{to}"
+        );
+    }
+    // What only the machine can tell.
+    for (from, to, name) in [
+        ("[       25,", "[        3,", "ShaperTooLong"),
+        ("[     0.02,     0,", "[     0.4,     0,", ""),
+    ] {
+        let job = job(&FLEXIBLE.replacen(from, to, 1)).expect("each number is right");
+        match run::run(&job, &mut |_, _| {}) {
+            Err(error) => assert_eq!(
+                (error.key.as_deref(), error.name),
+                (Some("machine.shaper[0]"), name)
+            ),
+            Ok(_) => assert_eq!(name, ""),
+        }
+    }
+}
+
+/// The answer's weights as impulses on a mass on a spring that is integrated in steps of 0.1 us, without a formula of its
+/// motion.
+#[test]
+fn the_calculator_agrees_with_a_mass_on_a_spring() {
+    for (kind, hz, damping) in [("zv", 25.0, 0.0), ("zvd", 33.3, 0.05), ("ei", 61.7, 0.1)] {
+        let request = format!(
+            "{{\"type\":\"{kind}\",\"frequency\":{hz},\"damping\":{damping},\"points\":9}}"
+        );
+        let mut output = Vec::new();
+        let status = calc::main("shaper.residual", "f64", request.as_bytes(), &mut output);
+        assert_eq!(status.expect("written"), 0);
+        let answer: serde_json::Value = serde_json::from_slice(&output).expect("JSON");
+        let list = |name: &str| -> Vec<f64> {
+            let entries = answer[name].as_array().expect("a list").iter();
+            entries.map(|x| x.as_f64().expect("a number")).collect()
+        };
+        let (samples, weights) = (list("samples"), list("weights"));
+        for (f, left) in list("frequencies").into_iter().zip(list("residual")) {
+            // e' = v, v' = -2 z w v - w^2 e, by the midpoint rule.
+            let (omega, dt) = (std::f64::consts::TAU * f, 1e-7);
+            let (mut e, mut v) = (0.0f64, 0.0f64);
+            let mut now = 0.0;
+            for (delay, weight) in samples.iter().zip(&weights) {
+                let ticks = ((delay * 1e-3 - now) / dt).round() as u64;
+                for _ in 0..ticks {
+                    let (em, vm) = (
+                        e + 0.5 * dt * v,
+                        v + 0.5 * dt * (-2.0 * damping * omega * v - omega * omega * e),
+                    );
+                    e += dt * vm;
+                    v += dt * (-2.0 * damping * omega * vm - omega * omega * em);
+                }
+                now = delay * 1e-3;
+                v += weight;
+            }
+            // An impulse of 1 leaves an amplitude of 1 in damped units.
+            let damped = omega * (1.0f64 - damping * damping).sqrt();
+            let amplitude = (damped * e).hypot(v + damping * omega * e);
+            assert!(
+                (100.0 * amplitude - left).abs() < 0.01,
+                "{kind} {f}: {amplitude} {left}"
+            );
+        }
+    }
 }

@@ -282,7 +282,7 @@ pub fn length<R, const K: usize>(weights: &Weights<R, K>) -> u32 {
 fn even<R: Real, const K: usize>(mut weights: Weights<R, K>) -> Weights<R, K> {
     let sum = weights.iter().fold(R::ZERO, |sum, (_, w)| sum + *w);
     for (_, weight) in &mut weights {
-        *weight = *weight / sum;
+        *weight /= sum;
     }
     weights
 }

@@ -21,8 +21,8 @@
 //! way through its ring fits; differences wrap rightly. All rings share [`HISTORY`] samples a joint. Without damping that is
 //! ZVD or EI on all joints down to 12.9 Hz, on one of six, the others delayed, down to 7.5 Hz; ZV down to half of that.
 //!
-//! Runs in the foreground, between planner and segmenter. Cost: about 10 instructions a weight, up to nine for one
-//! vibration and 54 for two, each joint and millisecond; none when off.
+//! Runs in the foreground, between planner and segmenter. Cost of a joint and millisecond: nine products for one
+//! vibration, 54 for two, at most; none when off or at rest.
 #![deny(clippy::float_arithmetic)]
 
 // Weights are worked out in floats when settings change; the filter below knows none.

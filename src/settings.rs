@@ -6,6 +6,11 @@
 //!
 //! The first three motors slide; `$376` tells which of the others turn, bit 0 for motor 3. The unit of a motor's settings
 //! follows from it: a changed bit changes what its other numbers mean, not the numbers.
+//!
+//! Some settings bound each other: a pulse width bounds the step rates, a jerk the acceleration. Who has a whole set puts
+//! it in and checks it once; line by line, no consistent set is refused in this order: `$110 ...`, `$120 ...`, `$800 ...`
+//! to next to nothing, the travel to its widest and the shapers `$1200 ...` off, then all the others, then `$800 ...`,
+//! `$120 ...`, `$110 ...` and `$1200 ...` to what they are to be.
 
 use crate::error::Error;
 use crate::math::Real;
@@ -13,6 +18,7 @@ use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
 use crate::shaper::design::{MOST_DAMPING, MOST_HZ};
 use crate::shaper::{Design, Kind, Mode, Reason, Refusal, Wish};
 use crate::stepper::{StepMode, Timing};
+use core::fmt::{self, Display, Formatter};
 
 /// Motors of the usual machine.
 pub const AXES: usize = 6;
@@ -76,7 +82,7 @@ const LARGE: f32 = 1e9;
 const LEAST_HZ: f32 = 0.1;
 
 /// The table, ascending.
-pub const TABLE: [Row; 21] = [
+pub const TABLE: [Row; 22] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -122,6 +128,13 @@ pub const TABLE: [Row; 21] = [
         "mm",
         (0.001, 10_000.0),
         150.0,
+    ),
+    single(
+        1005,
+        "tolerance of rapids, but the first behind a feed, if more than that of the contour",
+        "mm",
+        (0.0, 10.0),
+        0.5,
     ),
     single(
         1010,
@@ -207,18 +220,19 @@ const TURNING: usize = 5;
 const JERK: usize = 6;
 const TOLERANCE: usize = 7;
 const LEVER: usize = 8;
-const MODE: usize = 9;
-const HOLD: usize = 10;
-const INTERNAL_CLOCK: usize = 11;
-const TRIM_SHARE: usize = 12;
-const TRIM_BOUND: usize = 13;
-const LOWER: usize = 14;
-const UPPER: usize = 15;
-const SHAPER: usize = 16;
-const SHAPER_HZ: usize = 17;
-const SHAPER_DAMPING: usize = 18;
-const SECOND_HZ: usize = 19;
-const SECOND_DAMPING: usize = 20;
+const RAPID_TOLERANCE: usize = 9;
+const MODE: usize = 10;
+const HOLD: usize = 11;
+const INTERNAL_CLOCK: usize = 12;
+const TRIM_SHARE: usize = 13;
+const TRIM_BOUND: usize = 14;
+const LOWER: usize = 15;
+const UPPER: usize = 16;
+const SHAPER: usize = 17;
+const SHAPER_HZ: usize = 18;
+const SHAPER_DAMPING: usize = 19;
+const SECOND_HZ: usize = 20;
+const SECOND_DAMPING: usize = 21;
 
 /// Motors before this one slide.
 const FIRST_TURNING: usize = 3;
@@ -230,6 +244,64 @@ const fn default_turning(motors: usize) -> u8 {
         0b1000_1000
     } else {
         0b11_1000
+    }
+}
+
+/// Settings that do not bear each other. Displayed, it names them all by their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Conflict {
+    /// The rows, the one to begin with first: a lower limit and a wider travel are always taken.
+    rows: &'static [usize],
+    motor: usize,
+    cause: Cause,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cause {
+    /// One bounds the other.
+    Bound,
+    /// More steps a second are asked for than fit in with pulses of this width and mode: both.
+    Rates { asked: u32, fit: u32 },
+    /// There is no such shaper, or no room for it beside the others.
+    Shaper(Refusal),
+}
+
+impl Conflict {
+    pub fn error(&self) -> Error {
+        match self.cause {
+            Cause::Rates { .. } => Error::StepRate,
+            Cause::Bound | Cause::Shaper(_) => Error::ValueRange,
+        }
+    }
+
+    /// The shaper that cannot be, if it is one.
+    pub fn shaper(&self) -> Option<Refusal> {
+        match self.cause {
+            Cause::Shaper(refusal) => Some(refusal),
+            _ => None,
+        }
+    }
+
+    /// The numbers of the settings, the one to begin with first.
+    pub fn numbers(&self) -> impl Iterator<Item = u16> {
+        // Of eight at the most.
+        let motor = self.motor as u16;
+        self.rows.iter().map(move |row| TABLE[*row].number + motor)
+    }
+}
+
+impl Display for Conflict {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        out.write_str("see")?;
+        for number in self.numbers() {
+            write!(out, " ${number}")?;
+        }
+        match self.cause {
+            Cause::Rates { asked, fit } => {
+                write!(out, ": {asked} steps/s, and $0 $1010 allow {fit}")
+            }
+            Cause::Bound | Cause::Shaper(_) => Ok(()),
+        }
     }
 }
 
@@ -282,14 +354,20 @@ impl<const N: usize> Settings<N> {
         self.values[TOLERANCE][0]
     }
 
+    /// How far rapids clear of the work may leave their way [mm].
+    pub fn rapid_tolerance(&self) -> f32 {
+        self.values[RAPID_TOLERANCE][0]
+    }
+
     /// The value behind a `$` number.
     pub fn get(&self, number: u16) -> Option<f32> {
         let (row, axis) = find::<N>(number)?;
         Some(self.values[row][axis])
     }
 
-    /// Stores a value; refused with nothing changed if it is out of range, or if the whole would not work.
-    pub fn set(&mut self, number: u16, value: f32, hz: u32) -> Result<(), Error> {
+    /// Stores a value that is within its own range, whatever the others are. Some bound each other: [`Self::check`]
+    /// looks at them all once a whole set has been put in.
+    pub fn put(&mut self, number: u16, value: f32) -> Result<(), Error> {
         let (row, axis) = find::<N>(number).ok_or(Error::UnknownCommand)?;
         let Row {
             range: (lo, hi), ..
@@ -309,19 +387,57 @@ impl<const N: usize> Settings<N> {
         if row == TURNING && !is_mask(value, N - FIRST_TURNING) {
             return Err(Error::ValueRange);
         }
-        let mut changed = self.clone();
-        changed.values[row][axis] = value;
-        changed.limits(hz).map_err(|e| match e {
-            LimitsError::Velocity { .. } => Error::StepRate,
-            _ => Error::ValueRange,
-        })?;
-        let (lower, upper) = changed.travel();
-        if lower.iter().zip(upper).any(|(lo, hi)| *lo > hi) {
+        if row == SHAPER && Kind::of(value).is_none() {
             return Err(Error::ValueRange);
         }
-        changed.shapers().map_err(|_| Error::ValueRange)?;
-        *self = changed;
+        self.values[row][axis] = value;
         Ok(())
+    }
+
+    /// Whether the settings bear each other.
+    pub fn check(&self, hz: u32) -> Result<(), Conflict> {
+        let conflict = |rows, motor, cause| Err(Conflict { rows, motor, cause });
+        match self.limits(hz) {
+            // Within the table's ranges a rate is above 0, and faster than any pulse before it is beyond the planner.
+            Err(LimitsError::Velocity { joint }) => {
+                let asked = self.step_rates()[joint] as u32;
+                let fit = self.timing(hz).fastest();
+                return conflict(&[RATE, STEPS], joint, Cause::Rates { asked, fit });
+            }
+            Err(LimitsError::Acceleration { joint }) => {
+                return conflict(&[ACCELERATION, STEPS], joint, Cause::Bound);
+            }
+            Err(LimitsError::Jerk { joint }) => {
+                return conflict(&[JERK, STEPS], joint, Cause::Bound);
+            }
+            Err(LimitsError::Contradictory { joint }) => {
+                return conflict(&[RATE, ACCELERATION, JERK], joint, Cause::Bound);
+            }
+            Ok(_) => {}
+        }
+        let (lower, upper) = self.travel();
+        if let Some(motor) = lower.iter().zip(upper).position(|(lo, hi)| *lo > hi) {
+            return conflict(&[LOWER, UPPER], motor, Cause::Bound);
+        }
+        match self.shapers() {
+            Ok(_) => Ok(()),
+            Err(refusal) => {
+                let rows: &[usize] = match refusal.reason {
+                    Reason::Kind => &[SHAPER],
+                    Reason::Frequency => &[SHAPER, SHAPER_HZ, SECOND_HZ],
+                    Reason::Damping => &[SHAPER, SHAPER_DAMPING, SECOND_DAMPING],
+                    Reason::TooLong { .. } => {
+                        &[SHAPER, SHAPER_HZ, SHAPER_DAMPING, SECOND_HZ, SECOND_DAMPING]
+                    }
+                };
+                conflict(rows, refusal.joint, Cause::Shaper(refusal))
+            }
+        }
+    }
+
+    /// Largest step rate of each motor [steps/s].
+    fn step_rates(&self) -> [f32; N] {
+        core::array::from_fn(|i| self.values[RATE][i] / 60.0 * self.values[STEPS][i])
     }
 
     /// All numbers with their values, ascending.
@@ -367,7 +483,7 @@ impl<const N: usize> Settings<N> {
     /// What each motor may do, in steps.
     pub fn limits(&self, hz: u32) -> Result<Limits<N>, LimitsError> {
         let steps = self.values[STEPS];
-        let velocity: [f32; N] = core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
+        let velocity = self.step_rates();
         let fastest = self.timing(hz).fastest() as f32;
         if let Some(joint) = velocity.iter().position(|v| *v > fastest) {
             return Err(LimitsError::Velocity { joint });
@@ -420,13 +536,11 @@ impl<const N: usize> Settings<N> {
                 second: (second.hz > 0.0).then_some(second),
             };
         }
-        let steps = self.values[STEPS];
-        let fastest = core::array::from_fn(|i| self.values[RATE][i] / 60.0 * steps[i]);
-        Design::new(&wishes, &fastest)
+        Design::new(&wishes, &self.step_rates())
     }
 
-    /// Why a value of a shaper is refused, if it is for the shaper's sake.
-    pub fn refused_shaper(&self, number: u16, value: f32) -> Option<Refusal> {
+    /// Why a value beyond the range of its own is refused, if the number is one of a shaper.
+    pub fn shaper_of(number: u16) -> Option<Refusal> {
         let (row, joint) = find::<N>(number)?;
         let reason = match row {
             SHAPER => Reason::Kind,
@@ -434,13 +548,7 @@ impl<const N: usize> Settings<N> {
             SHAPER_DAMPING | SECOND_DAMPING => Reason::Damping,
             _ => return None,
         };
-        let (lo, hi) = TABLE[row].range;
-        if !(value >= lo && value <= hi) {
-            return Some(Refusal { joint, reason });
-        }
-        let mut changed = self.clone();
-        changed.values[row][joint] = value;
-        changed.shapers().err()
+        Some(Refusal { joint, reason })
     }
 
     /// Steps per mm or degree.

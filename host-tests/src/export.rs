@@ -4,6 +4,10 @@
 //! step timer is 125/21 ns, which no decimal unit holds exactly; times are rounded to the nearest nanosecond, and since
 //! a count is nearly six of them, `round(ns * 0.168)` gives the count back exactly.
 //!
+//! Changes of one time stamp stand in the order of the pins: steps before directions, since a tick puts out the steps of
+//! the segment before and then loads the next. They are never those of one motor: its direction stands for at least a tick
+//! behind its step, even if no hold is asked for, so a reader may take them in any order.
+//!
 //! The CSV holds one row for each step: its time in seconds (9 decimals), the motor's name, its direction (1 or -1) and
 //! its position after the step.
 
@@ -35,7 +39,8 @@ impl Span {
     };
 }
 
-/// Writes a trace as VCD; `names` are those of the motors, letters, digits and underscores only.
+/// Writes a trace as VCD; `names` are those of the motors, letters, digits and underscores only. A motor without a name
+/// is left out.
 ///
 /// # Errors
 /// Those of the writer.
@@ -50,14 +55,18 @@ pub fn vcd<const N: usize>(
     let mut out = vcd::Writer::new(&mut buffer);
     out.version(concat!("hexstep ", env!("CARGO_PKG_VERSION")))?;
     out.comment("dir 1 = negative; count of the 168 MHz step timer = round(ns * 0.168)")?;
+    out.comment("at one time: steps, then directions, never both of one motor")?;
     out.timescale(1, TimescaleUnit::NS)?;
     out.add_module("hexstep")?;
     let enable = out.add_wire(1, "enable")?;
-    let mut steps = Vec::with_capacity(N);
-    let mut directions = Vec::with_capacity(N);
-    for name in names {
-        steps.push(out.add_wire(1, &format!("step_{name}"))?);
-        directions.push(out.add_wire(1, &format!("dir_{name}"))?);
+    // Step and direction of every motor that has a name.
+    let mut wires = [None; N];
+    for (name, wires) in names.iter().zip(&mut wires) {
+        if !name.is_empty() {
+            let step = out.add_wire(1, &format!("step_{name}"))?;
+            let direction = out.add_wire(1, &format!("dir_{name}"))?;
+            *wires = Some((step, direction));
+        }
     }
     out.upscope()?;
     out.enddefinitions()?;
@@ -70,8 +79,10 @@ pub fn vcd<const N: usize>(
     out.begin(SimulationCommand::Dumpvars)?;
     out.change_scalar(enable, state.enabled)?;
     for motor in 0..N {
-        out.change_scalar(steps[motor], bit(levels, motor))?;
-        out.change_scalar(directions[motor], bit(mask, motor))?;
+        if let Some((step, direction)) = wires[motor] {
+            out.change_scalar(step, bit(levels, motor))?;
+            out.change_scalar(direction, bit(mask, motor))?;
+        }
     }
     out.end()?;
 
@@ -88,13 +99,17 @@ pub fn vcd<const N: usize>(
         match event.change {
             Change::Levels(new) => {
                 for motor in bits::<N>(new ^ levels) {
-                    out.change_scalar(steps[motor], bit(new, motor))?;
+                    if let Some((step, _)) = wires[motor] {
+                        out.change_scalar(step, bit(new, motor))?;
+                    }
                 }
                 levels = new;
             }
             Change::Directions(new) => {
                 for motor in bits::<N>(new ^ mask) {
-                    out.change_scalar(directions[motor], bit(new, motor))?;
+                    if let Some((_, direction)) = wires[motor] {
+                        out.change_scalar(direction, bit(new, motor))?;
+                    }
                 }
                 mask = new;
             }

@@ -2,10 +2,12 @@
 
 pub mod calc;
 pub mod cli;
+pub mod duel;
 pub mod emulator;
 pub mod export;
 pub mod files;
 pub mod flexible;
+pub mod frechet;
 pub mod job;
 pub mod lines;
 pub mod machine;

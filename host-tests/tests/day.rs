@@ -5,6 +5,7 @@ mod common;
 
 use common::Random;
 use hexstep::controller::Probed;
+use hexstep::joints::whole_steps;
 use hexstep::path::Target;
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep_host::machine::{self, Machine, StreamItem, TICK_HZ};
@@ -29,10 +30,7 @@ fn path(r: &mut Random, from: [i32; 6]) -> Vec<Target<6>> {
                 };
                 *x = (i64::from(*x) + way).clamp(-60_000, 60_000) as i32;
             }
-            Target {
-                steps: q,
-                duration: r.whole(60) as f32 * 1e-3,
-            }
+            Target::whole(q, r.whole(60) as f32 * 1e-3)
         })
         .collect()
 }
@@ -89,12 +87,7 @@ fn mixed_motion(seconds: f64, seed: u64) -> u64 {
                 }
                 1 => {
                     let steps = place(&mut r);
-                    m.controller
-                        .jog(&Target {
-                            steps,
-                            duration: 0.0,
-                        })
-                        .unwrap();
+                    m.controller.jog(&Target::whole(steps, 0.0)).unwrap();
                     if r.whole(2) == 0 {
                         m.run(40 * r.whole(900) as u64);
                         m.put(&[0x85]);
@@ -107,12 +100,7 @@ fn mixed_motion(seconds: f64, seed: u64) -> u64 {
                 }
                 2 => {
                     let steps = place(&mut r);
-                    m.controller
-                        .probe(&Target {
-                            steps,
-                            duration: 0.0,
-                        })
-                        .unwrap();
+                    m.controller.probe(&Target::whole(steps, 0.0)).unwrap();
                     m.run(40 * (20 + r.whole(400) as u64));
                     m.touch();
                     m.run_to_rest();
@@ -123,7 +111,7 @@ fn mixed_motion(seconds: f64, seed: u64) -> u64 {
                 _ => {
                     cues(&mut r, m);
                     let targets = path(&mut r, here);
-                    let end = targets.last().unwrap().steps;
+                    let end = whole_steps(&targets.last().unwrap().steps);
                     m.stream(targets.into_iter().map(StreamItem::Target), |_| {})
                         .unwrap();
                     Some(end.map(i64::from))

@@ -13,7 +13,6 @@ use hexstep_host::machine::{self, Machine};
 use hexstep_host::pair::{PairPlan, What};
 use hexstep_host::process::Made;
 use hexstep_host::run;
-use hexstep_host::trace::TICK_HZ;
 
 /// Lines of counts: all motors, each alone at another rate, both presets.
 const COUNTS: [&str; 4] = [
@@ -139,7 +138,7 @@ fn the_last_motor_of_each_side_turns_unless_the_mask_says_otherwise() {
     let mut settings = Settings::<8>::default();
 
     let steps = settings.steps_per_joint_unit();
-    settings.set(376, 0.0, TICK_HZ as u32).unwrap();
+    settings.put(376, 0.0).unwrap();
     let sliding = settings.steps_per_joint_unit();
 
     // 1000 steps/mm; 2000 steps/deg are 114 592 steps/rad.
@@ -158,13 +157,12 @@ fn the_last_motor_of_each_side_turns_unless_the_mask_says_otherwise() {
 fn a_mask_of_motors_that_do_not_exist_is_refused() {
     let mut eight = Settings::<8>::default();
     let mut six = Settings::<6>::default();
-    let hz = TICK_HZ as u32;
 
     for bad in [32.0, 1.5] {
-        assert!(eight.set(376, bad, hz).is_err(), "{bad}");
+        assert!(eight.put(376, bad).is_err(), "{bad}");
     }
-    assert!(eight.set(376, 31.0, hz).is_ok());
-    assert!(six.set(376, 8.0, hz).is_err());
+    assert!(eight.put(376, 31.0).is_ok());
+    assert!(six.put(376, 8.0).is_err());
     assert_eq!(six.get(376), Some(7.0));
 }
 
@@ -281,7 +279,7 @@ fn a_stretch_of_every_mirror_job_makes_the_pulses_of_the_host_on_the_octopus() {
         for (motor, at) in (0u16..).zip(plan.start) {
             for end in [1040 + motor, 1050 + motor] {
                 let left = settings.get(end).unwrap() - at as f32;
-                settings.set(end, left, TICK_HZ as u32).unwrap();
+                settings.put(end, left).unwrap();
             }
         }
         let mut emulator = boot_for_motion(firmware.clone(), OCTOPUS);

@@ -68,7 +68,7 @@ fn every_line_gets_one_answer_and_a_pair_of_ends_counts_once() {
             ("$100=-1\n", "error:4\r\n"),
             ("$0=0.5\n", "error:6\r\n"),
             ("$110=1e3\n", "error:2\r\n"),
-            ("$110=900000000\n", "error:12\r\n"),
+            ("$0=1e3\n", "error:2\r\n"),
             ("$SEG=1,2,3\n", "error:2\r\n"),
             ("$SEG=1,2,3,4,5,x,1\n", "error:2\r\n"),
             ("$SEG=1,2,3,4,5,6,1,7\n", "error:2\r\n"),
@@ -88,6 +88,45 @@ fn every_line_gets_one_answer_and_a_pair_of_ends_counts_once() {
         assert_eq!(m.ask(&long), "error:11\r\n");
         assert_eq!(m.ask(""), "ok\r\n");
         assert!(m.trace.is_empty(), "nothing moved");
+    });
+}
+
+#[test]
+fn a_setting_that_another_one_bounds_is_refused_by_the_name_of_both() {
+    machine::with(|m| {
+        m.run(10);
+        m.heard();
+        for (line, answer) in [
+            (
+                "$0=5",
+                "[MSG:$0 refused: see $113 $103: 120000 steps/s, and $0 $1010 allow 100000]\r\nerror:12\r\n",
+            ),
+            // In both-edge mode pulses of 5 us fit, and then the mode cannot go back.
+            ("$1010=1", "ok\r\n"),
+            ("$0=5", "ok\r\n"),
+            (
+                "$1010=0",
+                "[MSG:$1010 refused: see $113 $103: 120000 steps/s, and $0 $1010 allow 100000]\r\nerror:12\r\n",
+            ),
+            (
+                "$110=900000",
+                "[MSG:$110 refused: see $110 $100: 15000000 steps/s, and $0 $1010 allow 200000]\r\nerror:12\r\n",
+            ),
+            (
+                "$800=1",
+                "[MSG:$800 refused: see $110 $120 $800]\r\nerror:52\r\n",
+            ),
+            (
+                "$1042=201",
+                "[MSG:$1042 refused: see $1042 $1052]\r\nerror:52\r\n",
+            ),
+            (
+                "$801=1000000000000",
+                "[MSG:$801 refused: see $801 $101]\r\nerror:52\r\n",
+            ),
+        ] {
+            assert_eq!(m.ask(line), answer, "{line}");
+        }
     });
 }
 

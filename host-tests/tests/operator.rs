@@ -102,7 +102,34 @@ fn a_target_that_is_refused_leaves_the_stream_as_it_was() {
             ("$MOVE=200001,0,0,0,0,0", "OutOfTravel joint 0", "error:15"),
             ("$MOVE=1,0,0,0,0,0,-1", "OutOfRange target", "error:52"),
             ("$MOVE=1,0,0,0,0", "", "error:2"),
-            ("$MOVE=1,0,0,0,0,x", "", "error:2"),
+            ("$MOVE=1,0,0,0,0,x", "BadNumber target 5", "error:2"),
+            ("$MOVE=1,0,.,0,0,0", "BadNumber target 2", "error:2"),
+            ("$MOVE=1,1e3,0,0,0,0", "BadNumber target 1", "error:2"),
+            (
+                "$MOVE=1,0,0,1.0000000001,0,0",
+                "BadNumber target 3",
+                "error:2",
+            ),
+            (
+                "$MOVE=2147483648,0,0,0,0,0",
+                "OutOfRange target 0",
+                "error:52",
+            ),
+            (
+                "$MOVE=0,-2147483648.1,0,0,0,0",
+                "OutOfRange target 1",
+                "error:52",
+            ),
+            (
+                "$MOVE=99999999999999999999,0,0,0,0,0",
+                "OutOfRange target 0",
+                "error:52",
+            ),
+            (
+                "$MOVE=200000.5,0,0,0,0,0",
+                "OutOfTravel joint 0",
+                "error:15",
+            ),
             ("$MOVE=1,0,0,0,0,0,1,1", "", "error:2"),
             ("$110=100", "", "error:8"),
             ("$SEG=1,0,0,0,0,0,1", "", "error:8"),
@@ -371,7 +398,7 @@ fn a_reset_puts_the_overrides_back() {
 }
 
 fn target(steps: [i32; 6], duration: f32) -> Target<6> {
-    Target { steps, duration }
+    Target::whole(steps, duration)
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep_host::job::{Job, JobError, Pace, PathJob, Task};
-use hexstep_host::report::{MotorFigures, PathFigures};
+use hexstep_host::report::{Limit, MotorFigures, PathFigures, Ruler};
 use hexstep_host::run::{self, Outcome};
 use hexstep_host::trace::seconds;
 use std::path::PathBuf;
@@ -49,7 +49,7 @@ fn ran(text: &str) -> (Job, Outcome) {
 /// Exact counts at the end of the path, nothing starved, the contour within tolerance and a step, limits kept.
 #[track_caller]
 fn assert_sound(figures: &PathFigures<'_>) {
-    let end = figures.path.blocks.last().expect("a block").steps;
+    let end = figures.path.end().expect("a block");
     assert_eq!(figures.outcome.counts, end);
     assert_eq!(figures.outcome.trace.positions(), end.map(i64::from));
     assert_eq!(figures.outcome.starved, 0);
@@ -97,19 +97,89 @@ fn points_written_as_rows_share_the_feed_of_the_path() {
     let path = path_of(&job);
     assert_eq!(path.points[0].at, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert!(path.points.iter().all(|p| p.pace == Pace::Feed(600.0)));
-    assert_eq!(path.blocks[1].steps, [100, 200, 300, 400, 500, 900]);
+    assert_eq!(path.end(), Some([100, 200, 300, 400, 500, 900]));
     // G94: along the joints that slide while one of them moves, at 10 mm/s; then along those that turn, at 10 deg/s.
     assert!((path.blocks[0].duration - 14f64.sqrt() / 10.0).abs() < 1e-12);
     assert!((path.blocks[1].duration - 0.3).abs() < 1e-12);
 }
 
 #[test]
-fn a_slide_that_moves_by_less_than_a_step_does_not_rush_the_joints_that_turn() {
-    let text = job_of("feed = 600\npoints = [[0.0001, 0, 0, 30, 0, 0]]", "");
+fn a_slide_that_hardly_moves_does_not_rush_the_joints_that_turn() {
+    let text = job_of(
+        "feed = 600\npoints = [[0.0001, 0, 0, 30, 0, 0], [0.0011, 0, 0, 30, 0, 0]]",
+        "",
+    );
 
     let job = parse(&text).expect("it is right");
 
     assert!((path_of(&job).blocks[0].duration - 3.0).abs() < 1e-12);
+    // Alone it has its own feed, a tenth of a step or not.
+    assert!((path_of(&job).blocks[1].duration - 1e-4).abs() < 1e-12);
+}
+
+#[test]
+fn points_keep_their_fractions_of_steps_where_the_path_goes_on_and_none_where_it_rests() {
+    let text = job_of(
+        "feed = 600",
+        "[[point]]\nat = [0.12345678, -0.0025, 0, 0, 0, 0]\n\
+         [[point]]\nat = [1.0049, 0, 0, 0, 0, 0]\ndwell = 0.1\n\
+         [[point]]\nat = [2.0051, 0, 0, 0, 0, 100.004]\n",
+    );
+
+    let job = parse(&text).expect("it is right");
+
+    let path = path_of(&job);
+    let steps = |k: usize| path.blocks[k].steps.map(|at| at.to_num::<f64>());
+    let [a, b, ..] = steps(0);
+    assert!(
+        (a - 12.3457).abs() < 1e-9 && (b + 0.25).abs() < 1e-9,
+        "{a} {b}"
+    );
+    assert_eq!(steps(1), [100.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // 10 000.4 steps are the last of the travel: rounded, as the motor would.
+    assert_eq!(steps(2), [201.0, 0.0, 0.0, 0.0, 0.0, 10_000.0]);
+    let beyond = text.replace("100.004", "100.006");
+    assert_eq!(parse(&beyond).unwrap_err().name, "OutOfTravel");
+}
+
+#[test]
+fn rapids_leave_corners_among_themselves_by_their_own_tolerance_and_no_other_corner() {
+    let corner = |first: &str, second: &str, tolerance: f64| {
+        let text = job_of(
+            &format!("tolerance = 0.01\nrapid_tolerance = {tolerance}"),
+            &format!(
+                "[[point]]\nat = [20, 0, 0, 0, 0, 0]\n{first}\n\
+                 [[point]]\nat = [20, 20, 0, 0, 0, 0]\n{second}\n"
+            ),
+        );
+        let (job, outcome) = ran(&text);
+        let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+        assert_sound(&figures);
+        (figures.contour.largest, figures.time())
+    };
+    // The way out of the work is not free; the one behind it may be left, but not where it begins.
+    let out = |tolerance: f64| {
+        let text = job_of(
+            &format!("tolerance = 0.01\nrapid_tolerance = {tolerance}\nrapid = true"),
+            "[[point]]\nat = [20, 0, 0, 0, 0, 0]\nfeed = 3000\n\
+             [[point]]\nat = [20, 0.1, 0, 0, 0, 0]\n[[point]]\nat = [0, 0.1, 0, 0, 0, 0]\n",
+        );
+        let (job, outcome) = ran(&text);
+        let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+        assert_sound(&figures);
+        figures.contour.largest
+    };
+    let (rapid, feed) = ("rapid = true", "feed = 3000");
+
+    let (off, time) = corner(rapid, rapid, 0.5);
+    let (exact_off, exact_time) = corner(rapid, rapid, 0.0);
+    let (cut_off, _) = corner(rapid, feed, 0.5);
+    let (in_off, _) = corner(feed, rapid, 0.5);
+
+    // A step of 0.01 mm either way.
+    assert!(off > 0.3 && off <= 0.51, "{off} mm");
+    assert!(exact_off.max(cut_off).max(in_off).max(out(0.5)) <= 0.02);
+    assert!(time < 0.97 * exact_time, "{time} s, {exact_time} s exactly");
 }
 
 #[test]
@@ -141,6 +211,7 @@ fn limits_tolerance_and_lever_have_the_defaults_of_the_machines_own_table() {
     let path = path_of(&job);
     assert!(path.axes.iter().all(|axis| axis.jerk == 40_000.0));
     assert_eq!((path.contour.tolerance, path.contour.lever), (0.01, 150.0));
+    assert_eq!(path.contour.rapid_tolerance, 0.5);
 }
 
 #[test]
@@ -219,6 +290,58 @@ fn columns_may_have_the_letters_of_g_code() {
     let job = folder.load().expect("it is right");
 
     assert_eq!(path_of(&job).points[0].at, [2.0, 0.0, 3.0, 0.0, 0.0, 1.0]);
+}
+
+/// Three columns: three motors, under the names of the columns and with a number each.
+#[test]
+fn a_job_has_the_joints_of_its_table_and_no_others() {
+    let folder = Folder::new("three", b"X,Z,C\n20,1,5\n20,3,9\n0,0,0\n");
+    let text = "kind = \"path\"\n[path]\nfeed = 600\nfile = \"table.csv\"\n[machine]\n\
+        steps_per_unit = [80, 400, 100]\nmax_rate = [200, 50, 60]\nacceleration = [1000, 500, 600]\n\
+        jerk = [20000, 10000, 12000]\ntravel = [[-1, 300], [-1, 30], [-90, 90]]\n";
+    std::fs::write(folder.0.join("job.toml"), text).expect("written");
+    let job = folder.load().expect("it is right");
+
+    let outcome = run::run(&job, &mut |_, _| {}).expect("it runs");
+    let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+
+    assert_eq!(job.motor_names(), ["X", "", "Z", "", "", "C"]);
+    assert_eq!(path_of(&job).blocks[0].steps, [1600, 0, 400, 0, 0, 500]);
+    assert!(figures.is_sound(), "{:?}", figures.summary());
+    let told = format!("{}\n{}", figures.summary().join("\n"), figures.html());
+    for name in [
+        "X: speed",
+        "C: jerk",
+        "step Z",
+        "C [deg]",
+        "Speed along X, Z",
+    ] {
+        assert!(told.contains(name), "{name}");
+    }
+    for name in [
+        "d1:", "step d", "theta", "motor1", "motor5", "step Y", "step B",
+    ] {
+        assert!(!told.contains(name), "{name}");
+    }
+    let mut vcd = Vec::new();
+    let span = hexstep_host::export::Span::ALL;
+    hexstep_host::export::vcd(&mut vcd, &outcome.trace, &job.motor_names(), span).expect("memory");
+    let vcd = String::from_utf8(vcd).expect("text");
+    assert!(vcd.contains(" step_C ") && vcd.contains(" dir_X "));
+    assert_eq!(vcd.matches("$var").count(), 7, "{vcd:.600}");
+}
+
+#[test]
+fn a_job_with_numbers_for_neither_its_joints_nor_all_motors_is_refused() {
+    let folder = Folder::new("two", b"X,Y,Z\n20,1,5\n");
+    let text = "kind = \"path\"\n[path]\nfeed = 600\nfile = \"table.csv\"\n[machine]\nsteps_per_unit = [80, 400]\n";
+    std::fs::write(folder.0.join("job.toml"), text).expect("written");
+
+    let error = folder.load().expect_err("two numbers for three joints");
+
+    assert_eq!(error.name, "WrongType");
+    assert_eq!(error.key.as_deref(), Some("machine.steps_per_unit"));
+    assert!(error.detail.contains('3'), "{}", error.detail);
 }
 
 /// Each row: the file, the line and column, the key and the name of its error.
@@ -425,6 +548,13 @@ const BAD_PATHS: &[(&str, &str, &str, &str, &str)] = &[
         "",
         "tolerance",
         "path.tolerance",
+        "OutOfRange",
+    ),
+    (
+        "rapid_tolerance = 10.1\nfeed = 60\npoints = [[1, 0, 0, 0, 0, 0]]",
+        "",
+        "rapid_tolerance",
+        "path.rapid_tolerance",
         "OutOfRange",
     ),
     ("speed = 3", "", "speed", "path.speed", "UnknownField"),
@@ -926,6 +1056,10 @@ fn the_moves_from_stop_to_stop_take_the_optimal_times() {
         ideal += 1.0 / v + v / a + a / j + point.dwell;
         from = point.at;
     }
+    // A move that is so short that it never runs at a steady speed would differ.
+    let bounds = figures.bounds;
+    assert!((bounds.rest - ideal).abs() < 1e-6 * ideal, "{bounds:?}");
+    assert!(bounds.feed < bounds.rest);
     let time = figures.time();
     println!(
         "stop to stop: {time:.3} s, {:.4} of the optimum",
@@ -1081,4 +1215,124 @@ fn a_contour_that_is_left_is_told() {
     assert!(as_run.is_sound());
     // Nearest to the corner when the tolerance is just used: a corner of 90 degrees, cut by at most 1 mm and a step.
     assert!(as_run.contour.largest <= 1.0 + 0.02);
+}
+
+/// Legs that turn by 170 degrees lie beside each other for a long way, a little more than a step apart near the corners.
+#[test]
+fn a_star_of_sharp_corners_is_compared_leg_by_leg() {
+    let mut at = [0.0f64; 2];
+    let legs: Vec<String> = (0..36)
+        .map(|k| {
+            let (s, c) = (170.0 * f64::from(k)).to_radians().sin_cos();
+            at = [at[0] + 40.0 * c, at[1] + 40.0 * s];
+            format!("[{:.5}, {:.5}, 0, 0, 0, 0]", at[0], at[1])
+        })
+        .collect();
+    let machine = MACHINE
+        .replace("[100, 100, 100,", "[80, 80, 80,")
+        .replace("[50, 50, 50,", "[200, 200, 200,");
+    let text = format!(
+        "kind = \"path\"\n{machine}[path]\nfeed = 6000\npoints = [{}]\n",
+        legs.join(", ")
+    );
+
+    let (job, outcome) = ran(&text);
+    let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+
+    assert!(figures.contour.largest <= figures.allowed());
+    assert!(figures.contour.cut <= figures.contour.largest);
+    assert!(figures.keeps_contour());
+}
+
+/// One verdict wherever a job is judged: by limits, too, with the motor, the time and the place.
+#[test]
+fn limits_that_are_exceeded_are_told_with_motor_time_and_place() {
+    let points = "feed = 2400\npoints = [[30, 10, 0, 0, 0, 0]]";
+    let job = parse(&job_of(points, "")).expect("right");
+    let outcome = run::run(&job, &mut |_, _| {}).expect("runs");
+    let slow = MACHINE.replace("[50, 50, 50,", "[50, 8, 50,");
+    let slow = format!("kind = \"path\"\n{slow}[path]\n{points}\n");
+    let slow = parse(&slow).expect("right");
+
+    let kept = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+    let exceeded = PathFigures::of(&slow, path_of(&slow), &outcome, 1.0);
+
+    assert!(kept.is_sound() && kept.summary()[0].contains("as it should be"));
+    assert!(!exceeded.is_sound());
+    // 40 mm/s along a line whose second joint takes a part of 1 / sqrt 10.
+    let verdict = &exceeded.summary()[0];
+    for part in [
+        "WRONG",
+        "d2 has 12.65 mm/s of speed for 8.00",
+        "8.16 allowed",
+        "where d1 ",
+    ] {
+        assert!(verdict.contains(part), "{part} in {verdict}");
+    }
+    let html = exceeded.html();
+    assert!(html.contains("12.65 of 8.00, allowed 8.16") && html.contains("WRONG: d2 has"));
+}
+
+#[test]
+fn pins_are_shown_where_motors_step() {
+    // At rest in the middle of the time.
+    let (job, outcome) = ran(&job_of(
+        "feed = 1200",
+        "[[point]]\nat = [5, 0, 0, 0, 0, 0]\ndwell = 30\n[[point]]\nat = [9, 3, 0, 0, 0, 0]\n",
+    ));
+
+    let html = PathFigures::of(&job, path_of(&job), &outcome, 1.0).html();
+
+    let pins = html.split("aria-label=\"Pins\"").nth(1).expect("a figure");
+    let pins = pins.split("</svg>").next().expect("its end");
+    // A lane at rest is a line from left to right; both motors of the last move step.
+    let moves = |lane: &&str| {
+        lane.split('"')
+            .next()
+            .is_some_and(|data| data.matches('L').count() > 2)
+    };
+    assert!(
+        pins.split("<path d=\"").skip(1).filter(moves).count() >= 2,
+        "{pins}"
+    );
+}
+
+#[test]
+fn what_ruled_is_the_feed_or_the_limit_that_a_joint_was_at() {
+    let shares = |text: &str| {
+        let (job, outcome) = ran(text);
+        let figures = PathFigures::of(&job, path_of(&job), &outcome, 1.0);
+        let times = figures.ruling.times();
+        let all: f64 = times.iter().map(|(_, time)| time).sum();
+        assert!(
+            (all - figures.time()).abs() < 0.01,
+            "{all} of {}",
+            figures.time()
+        );
+        let (first, time) = times[0];
+        (first, time / all, figures.html())
+    };
+
+    // 5 s at 10 mm/s and ramps of a tenth of a second; then two joints of which the second is the slower.
+    let (by_feed, share, html) = shares(&job_of("feed = 600\npoints = [[50, 0, 0, 0, 0, 0]]", ""));
+    let (by_joint, other, _) = shares(&job_of("rapid = true\npoints = [[20, 80, 0, 0, 0, 0]]", ""));
+    // Corners all along: jerk.
+    let zigzag: Vec<String> = (1..60)
+        .map(|k| format!("[{}, {}, 0, 0, 0, 0]", k, k % 2))
+        .collect();
+    let (by_jerk, most, _) = shares(&job_of(
+        &format!("feed = 3000\npoints = [{}]", zigzag.join(", ")),
+        "",
+    ));
+
+    assert_eq!(by_feed, Ruler::Feed);
+    assert!(share > 0.95, "{share}");
+    assert!(html.contains("What ruled") && html.contains("What ruled for how long"));
+    assert_eq!(by_joint, Ruler::Joint(1, Limit::Velocity));
+    assert!(other > 0.8, "{other}");
+    assert!(
+        matches!(by_jerk, Ruler::Joint(_, Limit::Jerk)),
+        "{by_jerk:?}"
+    );
+    assert!(most > 0.4, "{most}");
 }

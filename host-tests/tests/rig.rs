@@ -124,6 +124,40 @@ fn the_published_motion_shows_in_the_ground_drill() {
     assert!(!chisel.is_good());
 }
 
+/// A wide pulse and a high rate bound each other; neither is to meet the default of the other.
+#[test]
+fn a_pulse_is_taken_where_the_rates_leave_room_for_it_whatever_the_defaults() {
+    for mode in ["pulse", "both-edge"] {
+        for pulse_us in [1.0, 4.2, 5.0, 9.9, 12.4] {
+            let text = COUNTS
+                .replace("pulse_us = 2", &format!("pulse_us = {pulse_us}"))
+                .replace("mode = \"pulse\"", &format!("mode = \"{mode}\""))
+                .replace("duration = 2.0", "duration = 6.0")
+                .replace("duration = 4.0", "duration = 6.0");
+
+            let (job, outcome) = simulate(&text);
+
+            let counts = counts_of(&job).lines.iter().map(|line| line.counts[0]);
+            assert_eq!(outcome.trace.positions()[0], i64::from(counts.sum::<i32>()));
+            let width = (pulse_us * 168.0) as u64;
+            for figures in outcome.trace.statistics() {
+                assert!(figures.least_high.is_none_or(|high| high >= width));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pulse_too_wide_for_the_rates_is_refused_by_the_names_of_both() {
+    let text = DRILL.replace("pulse_us = 2", "pulse_us = 25");
+
+    let refused = Job::parse("some.toml", "some", text.as_bytes()).unwrap_err();
+
+    assert_eq!(refused.name, "OutOfRange");
+    assert_eq!(refused.key.as_deref(), Some("machine.max_rate[0]"));
+    assert!(refused.detail.contains("pulse_us"), "{}", refused.detail);
+}
+
 #[test]
 fn the_same_job_gives_the_same_pulses_again() {
     let (_, first) = &*SHORT;

@@ -5,6 +5,7 @@ mod common;
 
 use common::Random;
 use fixed::types::I32F32;
+use hexstep::joints::whole_steps;
 use hexstep::protocol::report::State;
 use hexstep::shaper::design::{Kind, Mode};
 use hexstep::shaper::{Design, HISTORY, Refusal, Shaper, Wish};
@@ -420,10 +421,12 @@ fn every_count_is_kept_after_random_programs_with_holds_overrides_and_stops() {
                 m.run(3);
 
                 assert_eq!(m.controller.state(), State::Idle, "seed {seed}");
-                let end = m.controller.planner().end();
+                let end = m.controller.planner().end_steps();
                 assert_eq!(m.controller.counts(), end, "seed {seed}");
                 assert_eq!(m.trace.positions(), end.map(i64::from), "seed {seed}");
-                assert_eq!(m.controller.planner().position(), end.map(I32F32::from_num));
+                let rests = m.controller.planner().position();
+                assert_eq!(whole_steps(&rests), end, "seed {seed}");
+                assert!(stops || rests == end.map(I32F32::from_num), "seed {seed}");
                 if !stops {
                     assert_eq!(Some(&end), targets.last(), "seed {seed}");
                 }
@@ -507,16 +510,13 @@ fn a_jog_that_is_cancelled_and_lines_of_counts_end_where_they_say() {
     use hexstep::path::Target;
     machine::with(|m| {
         ready(m, &SHAPED);
-        let jog = Target {
-            steps: [20_000, 5000, 0, 0, 0, 0],
-            duration: 0.0,
-        };
+        let jog = Target::whole([20_000, 5000, 0, 0, 0, 0], 0.0);
         assert_eq!(m.controller.jog(&jog), Ok(true));
         m.run(MS * 150);
         m.put(&[0x85]);
         m.run_to_rest();
         assert_eq!(m.controller.state(), State::Idle);
-        let end = m.controller.planner().end();
+        let end = m.controller.planner().end_steps();
         assert_eq!(m.controller.counts(), end);
         assert!(end[0] < 20_000);
 
@@ -597,7 +597,9 @@ fn settings_that_are_no_shaper_are_refused_by_name_and_change_nothing() {
         ask(m, &["$1210=3", "$1220=0.5"]);
         assert!(m.ask("$1200=2").contains("[MSG:ShaperTooLong X: 386 ms"));
         ask(m, &["$1210=25"]);
-        assert!(m.ask("$1200=3").contains("[MSG:ShaperDamping X"));
+        let answer = m.ask("$1200=3");
+        assert!(answer.contains("[MSG:ShaperDamping X"), "{answer}");
+        assert!(answer.contains("; see $1200 $1220 $1240]"), "{answer}");
         ask(m, &["$1200=2"]);
         assert!(m.ask("$1210=3").contains("[MSG:ShaperTooLong X"));
         assert_eq!(m.controller.settings().get(1210), Some(25.0));
@@ -643,8 +645,10 @@ fn the_job_of_a_flexible_joint_shows_what_shaping_gains_and_what_it_costs_the_co
         shaping.error.largest * 1e3
     );
     assert!(share < 0.02, "{share}");
-    // It is told, and it is what the contour is off beside the tolerance and a step.
-    assert!(shaping.error.largest > 0.02 && shaping.error.largest < 0.1);
+    // It is told, and it is what the contour is off beside the tolerance and a step. Most of it is where d1 turns round:
+    // with a fourth of its command 20 ms early and a fourth as late, at 2500 mm/s2, it turns 0.25 mm short.
+    assert!(shaping.error.largest > 0.24 && shaping.error.largest < 0.26);
+    assert!(shaping.error.cut > 0.24, "the point is not reached");
     assert!(figures.contour.largest > figures.path.contour.tolerance + figures.path.step());
     let (summary, page) = (figures.summary().join("\n"), figures.html());
     for text in ["off the unshaped one by at most", "% are left"] {

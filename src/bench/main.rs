@@ -32,6 +32,7 @@ fn main() -> ! {
     static mut SEGMENTER: MaybeUninit<Segmenter<MOTORS>> = MaybeUninit::uninit();
     static mut PLANNER: MaybeUninit<Planner<MOTORS>> = MaybeUninit::uninit();
 
+    motion::turns(SEGMENTS);
     motion::segments(SEGMENTS, SEGMENTER);
     motion::dense_path(PLANNER);
     machines::drill_grinder();

@@ -2,19 +2,105 @@
 
 use core::hint::black_box;
 use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use fixed::types::I32F32;
 use hexstep::math::Real;
 use hexstep::planner::{Limits, PathSetting, Planner, Sample};
-use hexstep::stepper::{SegmentQueue, SegmentSender, Segmenter, StepMode, Timing};
+use hexstep::stepper::port::PinAt;
+use hexstep::stepper::{
+    Channel, Interpolator, Kind, RegisterPort, Segment, SegmentQueue, SegmentSender, Segmenter,
+    SetResetRegister, Shared, StepMode, StepTimer, Timing,
+};
 
 use crate::ROUNDS;
-use crate::boards::MOTORS;
+use crate::boards::{BOARD, MOTORS};
 
 const TICK_HZ: u32 = 168_000_000;
 /// Blocks of the dense path: six times the look-ahead, the last two thirds of them counted.
 const BLOCKS: u32 = 600;
 const WARM_UP: u32 = 200;
+
+/// Registers of memory in place of those of the board's ports, and as many.
+type Pins<'a> = RegisterPort<
+    Register<'a>,
+    { BOARD.step_ports().count },
+    { BOARD.direction_ports().count },
+    { 1 << MOTORS },
+>;
+
+#[derive(Clone, Copy)]
+struct Register<'a>(&'a AtomicU32);
+
+impl SetResetRegister for Register<'_> {
+    #[inline(always)]
+    fn write(&mut self, word: u32) {
+        self.0.store(word, Relaxed);
+    }
+}
+
+impl StepTimer for Register<'_> {
+    #[inline(always)]
+    fn set_period(&mut self, counts: u32) {
+        self.0.store(counts.wrapping_sub(1) & 0x00FF_FFFF, Relaxed);
+    }
+}
+
+/// What the step interrupt does in a tick.
+#[inline(never)]
+#[unsafe(no_mangle)] // SAFETY: no other symbol has this name.
+fn bench_turn(
+    interpolator: &mut Interpolator<'_, MOTORS>,
+    pins: &mut Pins<'_>,
+    timer: &mut Register<'_>,
+) {
+    interpolator.tick(pins, timer);
+}
+
+/// Ticks in each of which all motors turn round together and a latch is served: no tick has more to do.
+#[inline(never)]
+pub fn turns(queue: &mut SegmentQueue<MOTORS>) {
+    const ALL: u8 = u8::MAX >> (8 - MOTORS);
+    let (mut sender, receiver) = queue.split();
+    let (shared, memory) = (Shared::new(), AtomicU32::new(0));
+    let mut register = Register(&memory);
+    let mut interpolator = Interpolator::new(receiver, &shared, StepMode::Pulse, 4200);
+    // Which pin is whose makes no difference to the stores.
+    let at = |ports: usize| {
+        let pin = move |i: usize| PinAt {
+            register: i % ports,
+            pin: i as u8,
+            inverted: false,
+        };
+        core::array::from_fn::<_, MOTORS, _>(pin)
+    };
+    let mut pins = Pins::new(
+        [register; BOARD.step_ports().count],
+        &at(BOARD.step_ports().count),
+        [register; BOARD.direction_ports().count],
+        &at(BOARD.direction_ports().count),
+    );
+    for round in 0..ROUNDS {
+        let segment = Segment {
+            ticks: 1,
+            kind: Kind::Motion,
+            directions: if round % 2 == 0 { ALL } else { 0 },
+            period: 240 + round,
+            channels: core::array::from_fn(|i| Channel {
+                accumulator: !(round << i),
+                increment: 1 << (20 + i),
+            }),
+        };
+        if sender.enqueue(black_box(segment)).is_err() {
+            panic!("the queue is full");
+        }
+        shared.latch();
+        bench_turn(&mut interpolator, &mut pins, &mut register);
+        if shared.latched().is_none() || !sender.is_empty() {
+            panic!("the tick did something else");
+        }
+    }
+}
 
 /// One sample of the planner to one segment.
 #[inline(never)]
@@ -32,7 +118,7 @@ fn bench_segment(
 /// One block into the look-ahead.
 #[inline(never)]
 #[unsafe(no_mangle)] // SAFETY: no other symbol has this name.
-fn bench_planner_push(planner: &mut Planner<MOTORS>, target: [i32; MOTORS], time: f32) -> bool {
+fn bench_planner_push(planner: &mut Planner<MOTORS>, target: [I32F32; MOTORS], time: f32) -> bool {
     planner.push(target, time).is_ok()
 }
 
@@ -90,7 +176,8 @@ pub fn dense_path(planner: &'static mut MaybeUninit<Planner<MOTORS>>) {
         let (a, b) = (1000.0 * Real::sin(heading), 700.0 * Real::cos(s / 29.0));
         let (z, c) = (700.0 * Real::sin(s / 31.0), 200.0 * Real::cos(s / 57.0));
         let all = [x, y, z, a, b, c, -x, c];
-        let target = core::array::from_fn(|i| all.get(i).map_or(0, |q| *q as i32));
+        let target =
+            core::array::from_fn(|i| I32F32::from_num(all.get(i).map_or(0, |q| *q as i32)));
         let is_counted = round >= WARM_UP;
         while planner.is_full() {
             let sample = if is_counted {

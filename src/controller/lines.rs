@@ -7,13 +7,15 @@ use crate::board::Board;
 use crate::error::Error;
 use crate::path::{PathError, Target};
 use crate::program::processes::Processes;
-use crate::program::words::Decimal;
+use crate::program::words::{BadSteps, Decimal, STEP_PLACES};
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
 use crate::settings::{LETTERS, Settings};
 use crate::shaper::design::{MOST_DAMPING, MOST_DAMPING_EI, MOST_HZ};
-use crate::shaper::{HISTORY, LONGEST, Reason};
+use crate::shaper::{HISTORY, LONGEST, Reason, Refusal};
 use crate::stepper::{CountError, CountLine, Preset};
+use core::fmt::Arguments;
+use fixed::types::I32F32;
 
 /// When a line is answered.
 pub(super) enum Done {
@@ -122,9 +124,10 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
                 self.switch_on();
             }
             Command::Move { steps, duration } => {
-                let target = Target { steps, duration };
+                let target = Target::new(steps, duration);
                 return self.take_target(target).map(|()| Done::Later);
             }
+            Command::BadMove { motor, why } => return Err(self.refuse_steps(motor, why)),
             Command::MoveEnd => {
                 if !matches!(self.job, Job::Stream { .. }) {
                     return Err(Error::NotIdle);
@@ -221,34 +224,42 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::NotIdle);
         }
         let mut settings = self.settings.clone();
-        if let Err(error) = settings.set(number, value, B::TICK_HZ) {
-            self.say_setting(&settings, number, value);
+        if let Err(error) = settings.put(number, value) {
+            if let Some(refusal) = Settings::<N>::shaper_of(number) {
+                self.say_shaper(refusal, format_args!(""));
+            }
             return Err(error);
         }
+        settings.check(B::TICK_HZ).map_err(|conflict| {
+            match conflict.shaper() {
+                Some(refusal) => self.say_shaper(refusal, format_args!("; {conflict}")),
+                None => self
+                    .answers
+                    .line(format_args!("[MSG:${number} refused: {conflict}]")),
+            }
+            conflict.error()
+        })?;
         self.configure(settings)
     }
 
-    /// Why a shaper's setting is refused, by name.
-    fn say_setting(&mut self, settings: &Settings<N>, number: u16, value: f32) {
-        let Some(refusal) = settings.refused_shaper(number, value) else {
-            return;
-        };
+    /// Why a shaper's setting is refused, by name, and what bounds it.
+    fn say_shaper(&mut self, refusal: Refusal, bounds: Arguments<'_>) {
         let (name, letter) = (refusal.reason.name(), letter(refusal.joint));
         match refusal.reason {
             Reason::Kind => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: expected 0 off, 1 ZV, 2 ZVD, 3 EI]"
+                "[MSG:{name} {letter}: expected 0 off, 1 ZV, 2 ZVD, 3 EI{bounds}]"
             )),
             Reason::Frequency => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: expected 0.1 to {} Hz, below half of 1000 samples a second]",
+                "[MSG:{name} {letter}: expected 0.1 to {} Hz, below half of 1000 samples a second{bounds}]",
                 Decimal(MOST_HZ as f32)
             )),
             Reason::Damping => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: expected 0 to {}, for EI to {}]",
+                "[MSG:{name} {letter}: expected 0 to {}, for EI to {}{bounds}]",
                 Decimal(MOST_DAMPING as f32),
                 Decimal(MOST_DAMPING_EI as f32)
             )),
             Reason::TooLong { samples } => self.answers.line(format_args!(
-                "[MSG:{name} {letter}: {samples} ms, expected at most {LONGEST}, {} of all motors; higher frequencies are shorter]",
+                "[MSG:{name} {letter}: {samples} ms, expected at most {LONGEST}, {} of all motors; higher frequencies are shorter{bounds}]",
                 (HISTORY - 1) * N
             )),
         }
@@ -271,10 +282,33 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         let duration = (seconds * f64::from(B::TICK_HZ) + 0.5) as u64;
         let line = CountLine::new(counts, duration, preset, &timing, &from)
             .map_err(|error| self.refuse_counts(error))?;
-        let end = core::array::from_fn(|i| from[i].wrapping_add(counts[i]));
-        match self.scale().beyond(&end) {
+        let end: [i32; N] = core::array::from_fn(|i| from[i].wrapping_add(counts[i]));
+        match self.scale().beyond(&end.map(I32F32::from_num)) {
             Some(joint) => Err(self.refuse_path(PathError::OutOfTravel { joint })),
             None => Ok(line),
+        }
+    }
+
+    fn refuse_steps(&mut self, motor: usize, why: BadSteps) -> Error {
+        match why {
+            BadSteps::Malformed => {
+                self.answers.line(format_args!(
+                    "[MSG:BadNumber target {motor}: expected steps as a decimal number]"
+                ));
+                Error::BadNumber
+            }
+            BadSteps::TooLong => {
+                self.answers.line(format_args!(
+                    "[MSG:BadNumber target {motor}: expected at most {STEP_PLACES} digits behind the point]"
+                ));
+                Error::BadNumber
+            }
+            BadSteps::OutOfRange => {
+                self.answers.line(format_args!(
+                    "[MSG:OutOfRange target {motor}: expected -2147483648 to less than 2147483648 steps]"
+                ));
+                Error::ValueRange
+            }
         }
     }
 

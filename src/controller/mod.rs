@@ -23,7 +23,7 @@ pub use motion::{Probed, StreamError};
 use crate::board::Board;
 use crate::error::{Alarm, Error};
 use crate::path::{DrillPath, Scale, Target};
-use crate::planner::{Planner, Sample};
+use crate::planner::{PathSetting, Planner, Sample};
 use crate::program::DrillWords;
 use crate::program::processes::{NoProcesses, Processes};
 use crate::protocol::cue::Cues;
@@ -84,6 +84,11 @@ pub struct Controller<'a, B: Board, const N: usize = AXES, P: Processes<N> = NoP
     reader: LineReader,
     answers: Answers,
     job: Job<N>,
+    /// What a step of each motor carries the tool, and how far the path under way may be left where its ways
+    /// are not free; `None` before the first.
+    contour: Option<PathSetting<N>>,
+    /// The last target was at a feed: a rapid behind it leads out of the work.
+    cuts: bool,
     /// Lent, because it is most of the RAM: built in its place, it is on the stack but once.
     planner: &'a mut Planner<N>,
     /// A sample that found no room in the queue.
@@ -141,6 +146,8 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             reader: LineReader::default(),
             answers: Answers::new(),
             job: Job::None,
+            contour: None,
+            cuts: false,
             planner,
             pending: None,
             shaper: Shaper::new(),

@@ -5,8 +5,9 @@ use crate::board::Board;
 use crate::cycles::drill_point::Cycle;
 use crate::error::{Alarm, Error};
 use crate::machines::drill_grinder::DrillGrinder;
+use crate::math::Real;
 use crate::path::{DrillPath, Target};
-use crate::planner::{PushError, SAMPLES_PER_SECOND, Sample};
+use crate::planner::{PathSetting, PushError, SAMPLES_PER_SECOND, Sample};
 use crate::program::processes::Processes;
 use crate::program::words::Decimal;
 use crate::protocol::cue::{Action, Cue, CueError};
@@ -80,7 +81,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::ValueRange);
         };
         self.begin(DRILL_TOLERANCE);
-        let end = self.planner.end();
+        let end = self.planner.end_steps();
         let near = scale.joints(&core::array::from_fn(|i| end.get(i).copied().unwrap_or(0)));
         let path = DrillPath::new(cycle, machine, scale, near);
         self.job = Job::Check {
@@ -216,15 +217,27 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
 
     /// Before a motion: how far its contour may leave the path [mm].
     fn begin(&mut self, most: f32) {
-        if let Some(path) = self.settings.path(most) {
-            // At rest, so it is taken.
-            let _ = self.planner.set_path(path);
-        }
+        self.contour = self.settings.path(most);
+        self.cuts = false;
     }
 
     pub(super) fn push_target(&mut self, target: &Target<N>) -> Result<bool, StreamError> {
+        let cuts = target.duration > 0.0;
+        if let Some(contour) = &self.contour {
+            // Out of the work to the end, then elsewhere: else a short way out would be no more than a part of the next one.
+            let most = if self.cuts || cuts { 0.0 } else { target.free };
+            let free = Real::min(most, self.settings.rapid_tolerance());
+            let tolerance = Real::max(free, contour.tolerance());
+            if let Ok(path) = PathSetting::new(*contour.weight(), tolerance) {
+                // Its weights change at rest alone, so it is taken.
+                let _ = self.planner.set_path(path);
+            }
+        }
         match self.planner.push(target.steps, target.duration) {
-            Ok(()) => Ok(true),
+            Ok(()) => {
+                self.cuts = cuts;
+                Ok(true)
+            }
             Err(PushError::Full) => Ok(false),
             Err(PushError::Stopping | PushError::Lost) => Err(StreamError::NotStarted),
             Err(PushError::Duration) => Err(StreamError::Duration),
@@ -481,6 +494,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         Target {
             steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(end[i])),
             duration: target.duration,
+            free: target.free,
         }
     }
 

@@ -42,13 +42,12 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         self.may_move()?;
         let standing = Standing {
             scale: self.scale(),
-            at: self.planner.end(),
+            at: self.planner.end_steps(),
             speeds: self.settings.speeds(),
             tolerance: self.settings.tolerance(),
         };
-        let setting = self.processes.start(&standing, &mut self.answers)?;
-        // At rest, so it is taken.
-        let _ = self.planner.set_path(setting);
+        self.contour = Some(self.processes.start(&standing, &mut self.answers)?);
+        self.cuts = false;
         if !sim {
             self.switch_on();
         }

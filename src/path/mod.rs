@@ -1,4 +1,7 @@
-//! What is to be traced, and the machine that traces it: waypoints -> joint targets in whole steps.
+//! What is to be traced, and the machine that traces it: waypoints -> joint targets in steps.
+//!
+//! Targets lie where the path is, between steps too: only a standstill rests on whole ones, and the planner sees to that. A
+//! target rounded to a step is a corner that the path does not have.
 
 pub mod arm;
 pub mod pair;
@@ -6,10 +9,11 @@ pub mod points;
 
 use crate::cycles::drill_point::{Cycle, DrillMarks};
 use crate::cycles::{Pace, Process};
-use crate::joints::Joints;
+use crate::joints::{Joints, whole_steps};
 use crate::kinematics::Kinematics;
 use crate::kinematics::follow::Feed;
 use crate::machines::drill_grinder::DrillGrinder;
+use fixed::types::I32F32;
 
 /// Why a waypoint cannot be a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,14 +24,35 @@ pub enum PathError {
     OutOfTravel { joint: usize },
 }
 
-/// A target of all joints [steps], and the least time to it [s] (0: a rapid).
+/// A target of all joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target<const N: usize> {
-    pub steps: [i32; N],
+    /// Where [steps].
+    pub steps: [I32F32; N],
+    /// The least time to it [s]; 0: a rapid.
     pub duration: f32,
+    /// How far the way to it may be left [mm], within what is set for rapids; 0 where only the tolerance of the path will do.
+    /// Right behind a target at a feed it is not free, whatever this says.
+    pub free: f32,
 }
 
-/// What turns joints into whole steps, and how far they may go.
+impl<const N: usize> Target<N> {
+    /// A target that nothing but its duration is known of: a rapid is free to leave its way as far as is set.
+    pub fn new(steps: [I32F32; N], duration: f32) -> Self {
+        Self {
+            steps,
+            duration,
+            free: if duration > 0.0 { 0.0 } else { f32::INFINITY },
+        }
+    }
+
+    /// The same on whole steps.
+    pub fn whole(steps: [i32; N], duration: f32) -> Self {
+        Self::new(steps.map(I32F32::from_num), duration)
+    }
+}
+
+/// What turns joints into steps, and how far they may go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale<const N: usize> {
     /// Steps per mm or radian.
@@ -48,6 +73,9 @@ pub struct DrillPath {
     begun: bool,
     held: Option<Target<6>>,
 }
+
+/// Share of the retraction that ways clear of the wheel may take up with their roundings: 0.05 mm of 3 mm.
+const SHARE: f32 = 1.0 / 60.0;
 
 /// The joint that moves the drill straight away from the wheel.
 const D2: usize = 1;
@@ -93,15 +121,19 @@ impl Iterator for DrillPath {
             Pace::Feed(Feed::Time(time)) => time,
             _ => 0.0,
         };
-        let target = match self.scale.target(&joints, duration) {
+        let mut target = match self.scale.target(&joints, duration) {
             Ok(target) => target,
             Err(error) => return Some(Err(error)),
         };
+        if duration <= 0.0 {
+            target.free = SHARE * self.marks.rest().clear();
+        }
         let from = self.near;
         self.near = joints;
         if !self.begun {
             self.begun = true;
             // Away from the wheel before anything turns, wherever the machine stands.
+            // Not a bit sooner: that way is not free.
             if from[D2] < joints[D2] {
                 let mut away = from;
                 away[D2] = joints[D2];
@@ -114,14 +146,18 @@ impl Iterator for DrillPath {
 }
 
 impl<const N: usize> Scale<N> {
-    /// Whole steps for joints, or which of them would leave its travel.
+    /// Steps for joints, or which of them would leave its travel. The way there is not free.
     pub fn target(&self, joints: &Joints<N>, duration: f32) -> Result<Target<N>, PathError> {
         let steps = joints
             .to_steps(&self.steps_per_unit)
             .ok_or(PathError::OutOfReach)?;
         match self.beyond(&steps) {
             Some(joint) => Err(PathError::OutOfTravel { joint }),
-            None => Ok(Target { steps, duration }),
+            None => Ok(Target {
+                steps,
+                duration,
+                free: 0.0,
+            }),
         }
     }
 
@@ -134,8 +170,9 @@ impl<const N: usize> Scale<N> {
         })
     }
 
-    /// The first joint that is not within its travel.
-    pub fn beyond(&self, steps: &[i32; N]) -> Option<usize> {
+    /// The first joint that is not within its travel, rounded to whole steps as for a standstill there.
+    pub fn beyond(&self, steps: &[I32F32; N]) -> Option<usize> {
+        let steps = whole_steps(steps);
         (0..N).find(|i| steps[*i] < self.lower[*i] || steps[*i] > self.upper[*i])
     }
 

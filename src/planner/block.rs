@@ -22,7 +22,10 @@
 //! are ms. A span's limits keep, for every joint with `m1, m2, m3` the largest `|q'|, |q''|, |q'''|` in it,
 //! `v m1 <= v_i`, `v^2 m2 + A m1 <= a_i`, `v^3 m3 + 3 v A m2 + J m1 <= j_i` (motion.md, rule 2).
 
+use super::corner::Corner;
 use super::limits::Scaled;
+use super::look_ahead::{greater, lesser};
+use super::ramp::{Slack, Steep};
 use crate::math::Real;
 
 /// A stretch of path with one set of limits, and what the look-ahead knows of it.
@@ -32,8 +35,7 @@ pub(super) struct Span {
     pub length: f32,
     /// Hard speed limit from all joints.
     pub v: f32,
-    pub a: f32,
-    pub j: f32,
+    pub slack: Slack,
     /// Whether a ramp may run on through both of its ends; else only one that begins within it.
     pub through: bool,
     /// Highest speed at its start, without acceleration, from which all that follows can be met.
@@ -49,27 +51,34 @@ pub(super) struct Target {
     pub span: u16,
     pub way: f32,
     pub speed: f32,
-    pub a: f32,
-    pub j: f32,
+    pub slack: Slack,
     /// Speed not to be exceeded on the way.
     pub cap: f32,
+    /// What the ramp must take for its acceleration to come and go, where it ends at a corner.
+    pub rise: f32,
+}
+
+impl Target {
+    /// Limits of a ramp there.
+    pub fn steep(&self) -> Steep {
+        self.slack.at(self.cap, self.rise)
+    }
 }
 
 impl Span {
     pub const NONE: Self = Self {
         length: 0.0,
         v: f32::INFINITY,
-        a: f32::INFINITY,
-        j: f32::INFINITY,
+        slack: Slack::ANY,
         through: true,
         entry: 0.0,
         root: Target {
             span: 1,
             way: 0.0,
             speed: 0.0,
-            a: 0.0,
-            j: 0.0,
+            slack: Slack::ANY,
             cap: 0.0,
+            rise: 0.0,
         },
     };
 
@@ -81,8 +90,7 @@ impl Span {
     pub fn limit(&mut self, length: f32, limit: Limit, through: bool) {
         self.length = length;
         self.v = limit.v;
-        self.a = limit.a;
-        self.j = limit.j;
+        self.slack = limit.slack;
         self.through = through;
     }
 }
@@ -90,8 +98,8 @@ impl Span {
 /// A block in the ring. The vertex at its start belongs to it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
-    /// Position at the end [steps].
-    pub end: [i32; N],
+    /// Position at the end [2^-32 step].
+    pub end: [i64; N],
     /// Direction [steps per unit length].
     pub u: [f32; N],
     /// Length, and the same in units of 2^-32.
@@ -105,10 +113,14 @@ pub(super) struct Block<const N: usize> {
     /// Contour tolerance [length]: as set, and what of it rounding may use.
     pub asked: f32,
     pub tolerance: f32,
-    /// Half-width of the hat at its start; 0: a full stop.
+    /// Half-width of the hat at its start; 0: a corner.
     pub d: f32,
     /// Half-width of the zone around its start; 0 where the hat reaches into whole blocks.
     pub z: f32,
+    /// How far the vertex at its start lies outside of the programmed one [length].
+    pub outside: f32,
+    /// The corner at its start, where there is no hat.
+    pub corner: Corner,
     /// Standstill before it [ms].
     pub dwell: u32,
     /// Its start stays a stop, whatever follows.
@@ -130,6 +142,8 @@ impl<const N: usize> Block<N> {
         tolerance: 0.0,
         d: 0.0,
         z: 0.0,
+        outside: 0.0,
+        corner: Corner::STOP,
         dwell: 0,
         stop: false,
         zone: Span::NONE,
@@ -171,12 +185,11 @@ impl Short {
     }
 }
 
-/// Highest speed, acceleration and jerk along a span.
+/// Highest speed along a span, and what that leaves to ramps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limit {
     pub v: f32,
-    pub a: f32,
-    pub j: f32,
+    pub slack: Slack,
 }
 
 /// How much of acceleration and jerk the curvature may use up at the highest speed; the rest is for ramps.
@@ -186,27 +199,79 @@ pub(super) struct Split {
     pub j: f32,
 }
 
-/// Where ramps run through.
-pub(super) const SMOOTH: Split = Split { a: 0.8, j: 0.6 };
+/// Where ramps run through: a ramp has its highest acceleration where it is far from its highest speed, so little need be
+/// left for it there.
+pub(super) const SMOOTH: Split = Split { a: 0.96, j: 0.8 };
 /// Where the speed stays constant, with something left for a hold.
 pub(super) const SHARP: Split = Split { a: 0.95, j: 0.9 };
 
+/// Ramps take at most that many times as long as on a straight line, if a little less speed can do it.
+const MOST_TIME: f32 = 2.2;
+
+/// What one joint asks of its limits along a span: `q'`, `q''`, `3 q''` and `q'''` over its acceleration or jerk.
+#[derive(Clone, Copy, Default)]
+struct Shares {
+    along_a: f32,
+    round_a: f32,
+    along_j: f32,
+    mixed_j: f32,
+    round_j: f32,
+    /// What a short stretch adds to `q'''`, which is felt the less the faster it is passed: over `v^2`.
+    short_j: f32,
+}
+
+/// Speeds at the ends of a span that no ramp crosses; infinite where ramps do.
+#[derive(Clone, Copy)]
+struct Ends {
+    start: f32,
+    end: f32,
+    length: f32,
+}
+
+impl Ends {
+    const OPEN: Self = Self {
+        start: f32::INFINITY,
+        end: f32::INFINITY,
+        length: 0.0,
+    };
+
+    /// Highest speed in the span: `v + J t^2 / 2` with `J t^3 / 6` no more than its length. `slow_j`: 1/J.
+    fn reach(&self, slow_j: f32) -> f32 {
+        let v = lesser(self.start, self.end);
+        if v < f32::INFINITY {
+            v + 1.651 * Real::cbrt(Real::squared(self.length) / slow_j)
+        } else {
+            v
+        }
+    }
+}
+
+/// Speed limit of a span, and what it leaves to every ramp in it that leads to that speed or a lower one.
+///
+/// ```text
+///  near its upper end, y before it, a ramp has   a = J y,   v = V - J y^2 / 2      (y up to A / J)
+///  to be kept there                              v^2 q'' + a q' <= a_i,    v^3 q''' + 3 v a q'' + J q' <= j_i
+/// ```
+///
+/// A ramp to a lower speed, and the lower half of each, have less speed at the same acceleration.
 fn limit<const N: usize>(
     scaled: &Scaled<N>,
     slopes: &[Slopes; N],
     short: Short,
     split: Split,
     spare: f32,
+    ends: Ends,
 ) -> Limit {
     let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
     let mut r4 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        r1 = Real::max(r1, s.m1 * scaled.inverse_v[i]);
-        r2 = Real::max(r2, s.m2 * scaled.inverse_a[i]);
-        r3 = Real::max(r3, s.m3 * scaled.inverse_j[i]);
-        r4 = Real::max(r4, s.alone * scaled.inverse_j[i]);
+        r1 = greater(r1, s.m1 * scaled.inverse_v[i]);
+        r2 = greater(r2, s.m2 * scaled.inverse_a[i]);
+        r3 = greater(r3, s.m3 * scaled.inverse_j[i]);
+        r4 = greater(r4, s.alone * scaled.inverse_j[i]);
     }
-    let mut v = 1.0 / r1;
+    let most = 1.0 / r1;
+    let mut v = most;
     if v * v * r2 > split.a {
         v = Real::sqrt(split.a / r2);
     }
@@ -220,38 +285,110 @@ fn limit<const N: usize>(
         v = less.max(Real::cbrt(split.j / r4).min(v));
     }
     let felt = short.felt(v);
-    let mut most = 0.0f32;
+    let mut r3 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
-        most = Real::max(most, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
+        r3 = greater(r3, (s.m3 + s.alone * felt) * scaled.inverse_j[i]);
     }
-    let used = v * v * v * most;
+    let used = v * v * v * r3;
     if used > split.j {
         v *= Real::sqrt(split.j / used);
     }
     let felt = short.felt(v);
-    // 1/A and 1/J of the joint that allows least.
-    let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
+    let mut shares = [Shares::default(); N];
+    let (mut slow_a, mut slow_j, mut slower_j) = (0.0f32, 0.0f32, 0.0f32);
     for (i, s) in slopes.iter().enumerate() {
-        slow_a = Real::max(slow_a, s.m1 / (scaled.a[i] - v * v * s.m2));
-        // Half of what the curvature leaves of the jerk goes to 3 v A q''.
-        let m3 = s.m3 + s.alone * felt;
-        slow_a = Real::max(
-            slow_a,
-            6.0 * v * s.m2 / (scaled.j[i] * spare - v * v * v * m3),
-        );
+        slow_j = greater(slow_j, s.m1 * scaled.inverse_j[i] / spare);
     }
-    let a = 1.0 / slow_a;
+    // Next to a stop or a corner no ramp is faster than this when it leaves the span, whatever its highest speed.
+    let reach = ends.reach(slow_j);
+    let near = reach < v && r2 > 0.0;
+    if near {
+        v = reach;
+    }
     for (i, s) in slopes.iter().enumerate() {
-        let m3 = s.m3 + s.alone * felt;
-        slow_j = Real::max(
-            slow_j,
-            s.m1 / (scaled.j[i] * spare - v * v * v * m3 - 3.0 * v * a * s.m2),
-        );
+        let inverse_j = scaled.inverse_j[i];
+        let share = Shares {
+            along_a: s.m1 * scaled.inverse_a[i],
+            round_a: s.m2 * scaled.inverse_a[i],
+            along_j: s.m1 * inverse_j / spare,
+            mixed_j: 3.0 * s.m2 * inverse_j,
+            round_j: s.m3 * inverse_j,
+            short_j: s.alone * felt * v * inverse_j,
+        };
+        slow_a = greater(slow_a, share.along_a);
+        slower_j = greater(slower_j, share.along_j / (1.0 - v * v * (v * share.round_j + share.short_j)));
+        shares[i] = share;
     }
-    // A rise of less than a sixteenth of a sample is none (and keeps the integers of profile.rs in range).
-    let j = (1.0 / slow_j).min(16.0 * a);
-    Limit { v, a, j }
+    let mut slack = Slack {
+        a: (slow_a, 0.0),
+        j: (slow_j, 0.0),
+    };
+    if r2 > 0.0 {
+        let (mut a, mut j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slower_j);
+        // Speed is worth little where it leaves nothing to get there.
+        for _ in 0..3 {
+            let straight = Steep::new(1.0 / slow_a, 1.0 / slow_j, 0.0);
+            let slower = Steep::new(a, j, 0.0);
+            if near || slower.time(v) < MOST_TIME * straight.time(v) {
+                break;
+            }
+            v *= 0.96;
+            (a, j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slow_j);
+        }
+        if near {
+            slack.a.0 = 1.0 / a;
+            slack.j.0 = 1.0 / j;
+            v = most;
+        } else {
+            slack.a.1 = (1.0 / a - slow_a) / (v * v);
+            slack.j.1 = (1.0 / j - slow_j) / (v * v);
+        }
+    }
+    Limit { v, slack }
 }
+
+/// Acceleration and jerk, `a` and `j` at most, of ramps up to speed `v` where the path turns.
+///
+/// A ramp that is all jerk has `a = p sqrt(v J)` and `w = v (1 - p^2 / 2)` at the share p of its rise, so each joint bounds
+/// `sqrt(J)` there by a line and a parabola. One that holds its acceleration from p on asks for no more behind, and
+/// takes `(p + 1/p) sqrt(v / J)`.
+fn ramps<const N: usize>(shares: &[Shares; N], v: f32, a: f32, j: f32) -> (f32, f32) {
+    let mut x = Real::sqrt(j);
+    let root = Real::sqrt(v);
+    let (mut best, mut chosen) = (f32::INFINITY, (a, j));
+    for (p, time) in RISE {
+        let w = v * (1.0 - 0.5 * p * p);
+        let along = p * root;
+        for s in shares {
+            if s.along_a > 0.0 {
+                let left = 1.0 - w * (w * s.round_a);
+                if along * x * s.along_a > left {
+                    x = left / (along * s.along_a);
+                }
+            }
+            let left = 1.0 - w * w * (w * s.round_j + s.short_j);
+            let mixed = along * w * s.mixed_j;
+            if x * (mixed + x * s.along_j) > left {
+                x = 2.0 * left
+                    / (mixed + Real::sqrt(mixed * mixed + 4.0 * s.along_j * left));
+            }
+        }
+        if time < best * x {
+            best = time / x;
+            chosen = (lesser(a, along * x), x * x);
+        }
+    }
+    chosen
+}
+
+/// Shares of a rise at which limits are looked at, and `p + 1/p` where an acceleration may be held.
+const RISE: [(f32, f32); 5] = [
+    (0.2, 5.2),
+    (0.4, 2.9),
+    (0.6, 2.2667),
+    (0.8, 2.05),
+    (1.0, 2.0),
+];
 
 fn middle(a: f32, b: f32) -> f32 {
     0.5 * Real::abs(a + b)
@@ -297,7 +434,23 @@ pub(super) fn body<const N: usize>(
             s.m3 = Real::max(Real::abs(first), Real::abs(second));
         }
     }
-    limit(scaled, &slopes, short, SMOOTH, 1.0)
+    // Corners at either end need some of the jerk.
+    let share = after.map_or(1.0, |b| b.corner.share);
+    let ends = Ends {
+        start: if block.d > 0.0 {
+            f32::INFINITY
+        } else {
+            block.corner.v
+        },
+        end: match after {
+            Some(after) if after.d > 0.0 => f32::INFINITY,
+            Some(after) => after.corner.v,
+            None => 0.0,
+        },
+        length: block.length,
+    };
+    let spare = lesser(share, block.corner.share);
+    limit(scaled, &slopes, short, SMOOTH, spare, ends)
 }
 
 /// Limits of the zone at the start of `block`; `before` is the block before it (with the direction `further` before
@@ -338,6 +491,7 @@ pub(super) fn zone<const N: usize>(
         &slopes,
         Short::NONE,
         split,
-        if split.j > 0.8 { 1.04 } else { 1.0 },
+        1.0,
+        Ends::OPEN,
     )
 }

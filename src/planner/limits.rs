@@ -140,16 +140,14 @@ impl<const N: usize> PathSetting<N> {
     }
 }
 
-/// Limits per millisecond and their inverses, as the passes use them.
+/// Inverses of the limits per millisecond, as the passes use them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scaled<const N: usize> {
     /// 1 / velocity [ms/step].
     pub inverse_v: [f32; N],
-    /// Acceleration [steps/ms^2] and its inverse.
-    pub a: [f32; N],
+    /// 1 / acceleration [ms^2/step].
     pub inverse_a: [f32; N],
-    /// Jerk [steps/ms^3] and its inverse.
-    pub j: [f32; N],
+    /// 1 / jerk [ms^3/step].
     pub inverse_j: [f32; N],
 }
 
@@ -161,9 +159,7 @@ impl<const N: usize> Scaled<N> {
         let j = limits.jerk.map(|j| j * share * 1.0e-9);
         Self {
             inverse_v: v.map(|v| 1.0 / v),
-            a,
             inverse_a: a.map(|a| 1.0 / a),
-            j,
             inverse_j: j.map(|j| 1.0 / j),
         }
     }

@@ -14,13 +14,18 @@
 //! as high as still leaves room for the ramp down to the next root.
 
 use super::block::{Span, Target};
-use super::ramp;
+use super::ramp::Slack;
 use super::ring::Ring;
 use crate::math::Real;
 
 /// The lesser of two numbers that are numbers: a comparison, where `f32::min` is a call on the target.
 pub(super) fn lesser(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
+}
+
+/// The greater of two.
+pub(super) fn greater(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
 }
 
 /// Overrides as factors.
@@ -55,7 +60,7 @@ pub(super) fn cap<const N: usize>(ring: &Ring<N>, i: usize, factors: &Factors) -
         return lesser(span.v, programmed(k));
     }
     if span.length <= 0.0 {
-        // A stop, or a border that limits nothing.
+        // A stop, a corner, or a border that limits nothing.
         return span.v;
     }
     let before = k.checked_sub(1).map_or(f32::INFINITY, programmed);
@@ -69,15 +74,24 @@ pub(super) fn cap<const N: usize>(ring: &Ring<N>, i: usize, factors: &Factors) -
     lesser(span.v, lesser(before, behind))
 }
 
-/// From `way` before the end of `span` (with speed limit `cap`) to the start of the next span.
-pub(super) fn adjacent(span: &Span, way: f32, cap: f32, next: Option<&Span>) -> Target {
+/// The spans from one on: what stands at its end.
+struct Ahead<'a> {
+    next: Option<&'a Span>,
+    cap: f32,
+    /// Rise of ramps that end at its start.
+    rise: f32,
+}
+
+/// From `way` before the end of `span` (with speed limit `cap`) to the start of the next span, a corner where `rise` is
+/// above zero.
+pub(super) fn adjacent(span: &Span, way: f32, cap: f32, next: Option<&Span>, rise: f32) -> Target {
     Target {
         span: 1,
         way,
         speed: next.map_or(0.0, |n| n.entry),
-        a: span.a,
-        j: span.j,
+        slack: span.slack,
         cap,
+        rise,
     }
 }
 
@@ -97,24 +111,35 @@ pub(super) fn beyond(
         span: next.root.span + 1,
         way: way + next.root.way,
         speed: next.root.speed,
-        a: lesser(span.a, next.root.a),
-        j: lesser(span.j, next.root.j),
+        slack: span.slack.and(&next.root.slack),
         cap: lesser(cap, next.root.cap),
+        rise: next.root.rise,
     })
 }
 
 /// Plans all spans from the last down; those before `changed` only as far as anything changes.
 pub(super) fn plan<const N: usize>(ring: &mut Ring<N>, factors: &Factors, changed: usize) {
-    let mut next_cap = 0.0;
+    let mut ahead_cap = 0.0;
     for i in (0..2 * ring.len()).rev() {
-        let (Some(span), next) = (ring.span(i), ring.span(i + 1)) else {
+        let Some(span) = ring.span(i) else {
             return;
         };
-        let (own, (entry, root)) = match next {
-            Some(next) if span.is_border() => (f32::INFINITY, carried(next, next_cap)),
+        let ahead = Ahead {
+            next: ring.span(i + 1),
+            cap: ahead_cap,
+            rise: ring.corner_at(i + 1).map_or(0.0, |c| c.rise),
+        };
+        let (own, (entry, root)) = match ahead.next {
+            Some(next) if span.is_border() => (f32::INFINITY, carried(next, ahead.cap)),
             _ => {
                 let own = cap(ring, i, factors);
-                (own, entry(span, i % 2 == 1, own, next, next_cap))
+                // Behind a corner the speed stays for a while, or rises.
+                let calm = match i.checked_sub(1) {
+                    Some(start) => ring.corner_at(start).map_or(0.0, |c| c.calm),
+                    None => 0.0,
+                };
+                let way = span.length - calm;
+                (own, entry(span, way, i % 2 == 1, own, &ahead))
             }
         };
         if i < changed && span.entry == entry && span.root == root {
@@ -124,7 +149,10 @@ pub(super) fn plan<const N: usize>(ring: &mut Ring<N>, factors: &Factors, change
             span.entry = entry;
             span.root = root;
         }
-        next_cap = own;
+        if let Some(corner) = ring.corner_at_mut(i) {
+            corner.rise = corner.time(entry);
+        }
+        ahead_cap = own;
     }
 }
 
@@ -137,33 +165,27 @@ fn carried(next: &Span, next_cap: f32) -> (f32, Target) {
             span: 0,
             way: 0.0,
             speed: next.entry,
-            a: f32::INFINITY,
-            j: f32::INFINITY,
+            slack: Slack::ANY,
             cap: f32::INFINITY,
+            rise: 0.0,
         }
     };
     root.span += 1;
     (next.entry, root)
 }
 
-/// Highest speed at the start of `span`, and the ramp that it stands for.
-fn entry(
-    span: &Span,
-    is_body: bool,
-    own: f32,
-    next: Option<&Span>,
-    next_cap: f32,
-) -> (f32, Target) {
-    let near = adjacent(span, span.length, own, next);
+/// Highest speed at the start of `span`, `way` before the end of which a ramp may begin, and the ramp that it stands for.
+fn entry(span: &Span, way: f32, is_body: bool, own: f32, ahead: &Ahead<'_>) -> (f32, Target) {
+    let near = adjacent(span, way, own, ahead.next, ahead.rise);
     if !(span.through || is_body) {
         return (lesser(near.speed, own), near);
     }
     let far = || {
-        let far = beyond(span, span.length, own, next, next_cap)?;
+        let far = beyond(span, way, own, ahead.next, ahead.cap)?;
         Some((lesser(ramp_to(&far), far.cap), far))
     };
     // No ramp over this length gains more than this, which needs no root (ramp.rs: its time is at least 2 sqrt(dv/j)).
-    let bound = near.speed + span.j * Real::squared(0.5 * span.length / near.speed);
+    let bound = near.speed + Real::squared(0.5 * way / near.speed) / span.slack.j.0;
     let first = if bound < own { far() } else { None };
     if let Some(found) = first
         && found.0 >= bound
@@ -183,5 +205,5 @@ fn ramp_to(target: &Target) -> f32 {
     if target.way <= 0.0 {
         return target.speed;
     }
-    ramp::fastest(target.way, target.speed, target.a, target.j)
+    target.steep().fastest(target.way, target.speed)
 }

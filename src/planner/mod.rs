@@ -2,11 +2,11 @@
 //!
 //! ```text
 //!  push(target, least time)                                    steps, s
-//!     |  merge       chords that one line replaces within 0.4 of the tolerance become one block
+//!     |  resample    chords that one line replaces within 0.42 of the tolerance become one block, of even length
 //!     |  block       direction and length of the block; what every joint allows along it
 //!     |  junction    the vertex before it: rounded through whole blocks, in a narrow zone, or a stop
 //!     v  look_ahead  backward: highest speed at which each span may be entered
-//!  ---- ring of 88 blocks ----
+//!  ---- ring of 64 blocks ----
 //!     |  run         cruise, ramp up, ramp down; hold, override, stop
 //!     |  profile     s(t) on integers, jerk-limited, every ramp's distance exact before it starts
 //!     |  trace       s -> joints: polygon and rounding, exact at every vertex that rests
@@ -33,12 +33,13 @@
 //! Runs in the foreground. The path planned always ends in a standstill: input may pause at any time.
 
 mod block;
+mod corner;
 mod junction;
 mod limits;
 mod look_ahead;
-mod merge;
 mod profile;
 mod ramp;
+mod resample;
 mod ring;
 mod run;
 mod trace;
@@ -53,24 +54,23 @@ pub use trim::MOST_TRIM;
 
 use crate::math::Real;
 use block::Block;
+use corner::Corner;
 use fixed::types::I32F32;
 use limits::Scaled;
-use look_ahead::Factors;
-use merge::Cone;
+use look_ahead::{Factors, lesser};
 use profile::TICK;
+use resample::{Cone, End, Spacing};
 use ring::Ring;
 use run::{Passed, Plan, Runner, Wish};
 use trace::Trace;
 use trim::Trim;
 
-/// Share of the tolerance for the merging of chords; rounding has the rest, and all of it where nothing is merged.
-const MERGE_SHARE: f32 = 0.4;
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
-/// Merged chords grow by this factor from one to the next while the tolerance lets them.
-const GROWTH: f32 = 1.1;
-/// What they keep of the length at which the tolerance cut one.
-const ROOM: f32 = 0.95;
+/// Moves below this length are none: the next one, or the rest on whole steps at the end, makes up for them.
+const TINY: f32 = 2.5e-4;
+/// Chords that many tolerances long are not joined by others but on a straight line.
+const SHORT: f32 = 30.0;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
 const SLOWEST: f32 = 1.0e-9;
 
@@ -127,6 +127,23 @@ pub struct Counters {
     pub eased: u32,
 }
 
+/// How a move joins the newest block.
+enum Join<const N: usize> {
+    /// One line takes the place of both.
+    Whole {
+        cone: Cone<N>,
+        line: Block<N>,
+    },
+    /// The line takes the move up to `at`; the rest begins the next one.
+    Part {
+        line: Block<N>,
+        cone: Cone<N>,
+        rest: Block<N>,
+        at: [i64; N],
+    },
+    Apart,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Running,
@@ -157,13 +174,14 @@ pub struct Planner<const N: usize> {
     changed: Option<usize>,
     /// The plan has changed since the motion was last decided.
     stale: bool,
-    /// Where the path ends [steps].
-    tail: [i32; N],
-    /// Start of the newest block, and what its chords allow.
-    anchor: [i32; N],
+    /// Where the path ends [2^-32 step].
+    tail: [i64; N],
+    /// Start of the newest block [2^-32 step], and what its chords allow.
+    anchor: [i64; N],
     cone: Option<Cone<N>>,
-    /// Length up to which chords of a curve are merged.
-    chord: f32,
+    /// Start of the block before the newest, and what its chords allow, where it ends within a chord.
+    behind: Option<([i64; N], Cone<N>)>,
+    spacing: Spacing,
     /// Standstill before the next block [ms].
     dwell: u32,
     trim: Trim<N>,
@@ -193,10 +211,11 @@ impl<const N: usize> Planner<N> {
             safe: None,
             changed: None,
             stale: false,
-            tail: start,
-            anchor: start,
+            tail: bits(&start),
+            anchor: bits(&start),
             cone: None,
-            chord: f32::INFINITY,
+            behind: None,
+            spacing: Spacing::NONE,
             dwell: 0,
             trim: Trim::new(),
             trim_share: 0.0,
@@ -221,9 +240,10 @@ impl<const N: usize> Planner<N> {
 
     /// A straight move to `target` [steps], in no less than `duration` [s]; 0: as fast as the joints allow.
     ///
-    /// Chords of a smooth path are merged and rounded within the tolerance. A move to where the path ends already is
-    /// taken and has no effect.
-    pub fn push(&mut self, target: [i32; N], duration: f32) -> Result<(), PushError> {
+    /// Chords of a smooth path are replaced by longer ones and rounded within the tolerance. A move to where the path ends
+    /// already is taken and has no effect. Targets may lie between steps; a path that ends there comes to rest on the
+    /// nearest whole steps.
+    pub fn push(&mut self, target: [I32F32; N], duration: f32) -> Result<(), PushError> {
         match self.state {
             State::Lost => return Err(PushError::Lost),
             State::Stopping => return Err(PushError::Stopping),
@@ -232,30 +252,53 @@ impl<const N: usize> Planner<N> {
         if !(duration >= 0.0 && duration.is_finite()) {
             return Err(PushError::Duration);
         }
+        let target = target.map(I32F32::to_bits);
         if target == self.tail {
             return Ok(());
         }
-        let start = self.tail.map(|p| i64::from(p) << 32);
-        let mut block = self.block(&start, target, duration)?;
+        let mut chord = self.block(&self.tail, &target, duration)?;
+        if chord.length < TINY {
+            return Ok(());
+        }
         // Before anything changes: what the motion under way was planned for.
         let safe = match self.safe {
             Some(safe) => safe,
             None => self.runner.safe_vertex(&self.plan()),
         };
         self.safe = Some(safe);
-        if self.merge(&block, target, safe) {
-            self.counters.merged = self.counters.merged.wrapping_add(1);
-        } else {
-            if self.ring.is_full() {
-                return Err(PushError::Full);
+        let mut spacing = self.spacing;
+        match self.join(&chord, &target, safe, &mut spacing) {
+            Join::Whole { cone, line } => {
+                self.cone = Some(cone);
+                self.replace(line);
+                self.counters.merged = self.counters.merged.wrapping_add(1);
             }
-            block.dwell = self.dwell;
-            block.stop = self.dwell > 0 || self.ring.len() == 0;
-            self.dwell = 0;
-            self.cone = None;
-            self.anchor = self.tail;
-            self.append(block, safe);
+            _ if self.ring.is_full() => return Err(PushError::Full),
+            Join::Part {
+                line,
+                cone,
+                rest,
+                at,
+            } => {
+                self.replace(line);
+                self.behind = Some((self.anchor, cone));
+                self.anchor = at;
+                self.begin(rest, safe);
+            }
+            Join::Apart => {
+                let turns = self.ring.len().checked_sub(1).and_then(|k| self.ring.get(k));
+                if self.dwell == 0
+                    && turns.is_some_and(|old| !junction::is_gentle(&self.weight, old, &chord))
+                {
+                    self.even_out(safe);
+                    chord = self.swing_out(chord, &target, safe);
+                }
+                self.behind = None;
+                self.anchor = self.tail;
+                self.begin(chord, safe);
+            }
         }
+        self.spacing = spacing;
         self.tail = target;
         self.counters.blocks = self.counters.blocks.wrapping_add(1);
         Ok(())
@@ -342,8 +385,13 @@ impl<const N: usize> Planner<N> {
     }
 
     /// Where the path ends [steps], trim not included.
-    pub fn end(&self) -> [i32; N] {
-        self.tail
+    pub fn end(&self) -> [I32F32; N] {
+        self.tail.map(I32F32::from_bits)
+    }
+
+    /// The whole steps nearest to where the path ends.
+    pub fn end_steps(&self) -> [i32; N] {
+        nearest_steps(&self.tail).map(|p| (p >> 32) as i32)
     }
 
     /// No block waits.
@@ -423,7 +471,7 @@ impl<const N: usize> Planner<N> {
         self.trim = Trim::new();
         self.allow_trim(self.trim_share, self.trim_bound);
         self.trace = Trace::whole(position);
-        self.tail = position;
+        self.tail = bits(&position);
         self.position = position.map(I32F32::from_num);
         self.state = State::Running;
     }
@@ -510,6 +558,7 @@ impl<const N: usize> Planner<N> {
         self.ring.clear();
         self.runner.rest_at(0);
         self.cone = None;
+        self.behind = None;
         self.dwell = 0;
         self.changed = None;
         self.safe = None;
@@ -520,15 +569,13 @@ impl<const N: usize> Planner<N> {
     fn block(
         &self,
         start: &[i64; N],
-        target: [i32; N],
+        target: &[i64; N],
         duration: f32,
     ) -> Result<Block<N>, PushError> {
         let mut way = [0.0f32; N];
         let mut sum = 0.0f32;
         for i in 0..N {
-            let bits = (i64::from(target[i]) << 32)
-                .checked_sub(start[i])
-                .ok_or(PushError::TooLong)?;
+            let bits = target[i].checked_sub(start[i]).ok_or(PushError::TooLong)?;
             if bits.unsigned_abs() >> 32 > i32::MAX as u64 {
                 return Err(PushError::TooLong);
             }
@@ -545,7 +592,7 @@ impl<const N: usize> Planner<N> {
         let milliseconds = duration * 1000.0;
         let rapid = milliseconds <= 0.0;
         Ok(Block {
-            end: target,
+            end: *target,
             u: way.map(|w| w * inverse),
             length,
             bits: profile::length_bits(length).max(1),
@@ -562,79 +609,271 @@ impl<const N: usize> Planner<N> {
         })
     }
 
-    /// Whether the newest block takes in the move to `target`; before vertex `safe` the motion can stop.
-    fn merge(&mut self, chord: &Block<N>, target: [i32; N], safe: usize) -> bool {
+    /// What becomes of the newest block and the move `chord` to `target` behind it; before vertex `safe` the motion can
+    /// stop. `spacing`: the length that lines are to have, as it is to be from now on.
+    fn join(
+        &self,
+        chord: &Block<N>,
+        target: &[i64; N],
+        safe: usize,
+        spacing: &mut Spacing,
+    ) -> Join<N> {
         let n = self.ring.len();
-        // Targets are whole steps: half a step of the finest joint, at most, is their own doing.
         let tolerance = self.path.tolerance() * self.unit;
-        let finest = self.weight.iter().fold(1.0f32, |m, w| m.min(*w));
-        let tolerance = tolerance * MERGE_SHARE + 0.5 * finest.min(tolerance);
-        // Once motion has begun, what it has been planned for stays.
-        let begun = !self.runner.is_resting() || self.runner.x > 0;
-        if n == 0 || begun && (n < 3 || n - 2 < safe) || self.dwell > 0 || tolerance <= 0.0 {
-            return false;
-        }
-        let Some(old) = self.ring.get(n - 1) else {
-            return false;
+        let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
+            return Join::Apart;
         };
+        let share = lesser(tolerance * resample::SHARE, tolerance - old.outside);
+        if !self.is_open(n - 1, safe) || self.dwell > 0 || share <= 0.0 {
+            return Join::Apart;
+        }
         let same = old.rapid == chord.rapid
             && old.asked == chord.asked
             && (chord.rapid
                 || (old.nominal < SAME_SPEED * chord.nominal
                     && chord.nominal < SAME_SPEED * old.nominal));
         if !same {
-            return false;
+            *spacing = Spacing::NONE;
+            return Join::Apart;
         }
-        // Chords of like length have the smoothest curve through them: each as long as the one before, and a little more,
-        // with some room below the length at which the tolerance would cut them.
-        let before = n.checked_sub(2).and_then(|b| self.ring.get(b));
-        let curve = !old.stop && before.is_some_and(|b| junction::is_gentle(&self.weight, b, old));
-        if curve && old.length + 0.5 * chord.length > self.chord {
-            self.chord *= GROWTH;
-            return false;
-        }
-        let smooth = junction::is_gentle(&self.weight, old, chord);
-        let weighted = |from: &[i32; N]| {
+        let weighted = |to: &[i64; N]| {
             let mut p = [0.0f32; N];
             for i in 0..N {
-                p[i] = (i64::from(target[i]) - i64::from(from[i])) as f32 * self.weight[i];
+                p[i] = profile::length_of(to[i] - self.anchor[i]) * self.weight[i];
             }
             p
         };
-        let last = weighted(&self.tail);
-        let whole = weighted(&self.anchor);
-        let first = self.cone.unwrap_or_else(|| {
-            let mut p = [0.0f32; N];
-            for i in 0..N {
-                p[i] = old.u[i] * old.length * self.weight[i];
+        let first = self
+            .cone
+            .unwrap_or_else(|| Cone::new(&weighted(&self.tail), share));
+        let way = weighted(target);
+        let length = Real::sqrt(way.iter().fold(0.0f32, |s, x| s + x * x));
+        let line = |to: &[i64; N], of: f32| {
+            let duration = (old.duration + chord.duration * of) * 1.0e-3;
+            let block = self.block(&self.anchor, to, duration).ok()?;
+            Some(Block {
+                tolerance: block.asked * (1.0 - resample::SHARE),
+                stop: old.stop,
+                dwell: old.dwell,
+                outside: old.outside,
+                ..block
+            })
+        };
+        let end = spacing.end(old.length, length, chord.length);
+        let mut joined = Join::Apart;
+        match end {
+            End::Later => {
+                let cone = first.extended(&way, share);
+                if let (Some(cone), Some(line)) = (cone, line(target, 1.0)) {
+                    return Join::Whole { cone, line };
+                }
+                if cone.is_none() {
+                    spacing.cut(old.length);
+                }
             }
-            Cone::new(&p, tolerance)
-        });
-        let Some(cone) = first.extended(&whole, &last, tolerance) else {
-            self.chord = if smooth {
-                ROOM * old.length
-            } else {
-                f32::INFINITY
-            };
-            return false;
-        };
-        let start = self.anchor.map(|p| i64::from(p) << 32);
-        let duration = (old.duration + chord.duration) * 1.0e-3;
-        let Ok(mut block) = self.block(&start, target, duration) else {
-            return false;
-        };
-        block.tolerance = block.asked * (1.0 - MERGE_SHARE);
-        block.stop = old.stop;
-        block.dwell = old.dwell;
-        self.cone = Some(cone);
-        if let Some(old) = self.ring.get_mut(n - 1) {
-            *old = block;
+            End::Within(part) => {
+                let at = core::array::from_fn(|i| {
+                    self.tail[i] + scaled_way(target[i] - self.tail[i], part)
+                });
+                let rest = self
+                    .block(&at, target, chord.duration * (1.0 - part) * 1.0e-3)
+                    .ok()
+                    .filter(|rest| rest.length > 0.0);
+                if let (Some(cone), Some(line), Some(rest)) =
+                    (first.extended(&weighted(&at), share), line(&at, part), rest)
+                {
+                    joined = Join::Part {
+                        line,
+                        cone,
+                        rest,
+                        at,
+                    };
+                }
+            }
+            End::Before => {}
         }
-        if n == 1 {
+        // The newest line is complete.
+        if let Some(before) = n.checked_sub(2).and_then(|k| self.ring.get(k)) {
+            let last = match &joined {
+                Join::Part { line, .. } => line,
+                _ => &old,
+            };
+            let turn = junction::turn(&self.weight, &before.u, &last.u);
+            let enough = self.enough(last, chord.length);
+            spacing.follow(turn, before.length, last.length, tolerance, enough);
+        }
+        joined
+    }
+
+    /// Length of lines above which nothing is gained: chords enough in each, time enough to plan it, and the way to a stop
+    /// within the look-ahead.
+    fn enough(&self, line: &Block<N>, chord: f32) -> f32 {
+        let steep = line.body.slack.at(0.0, 0.0);
+        let v = lesser(line.nominal, line.body.v);
+        let stop = steep.distance(v, 0.0);
+        (v * resample::BEAT).max(5.0 * chord).max(stop * (1.0 / 48.0))
+    }
+
+    /// Whether block `k` may still be changed: once motion has begun, what it has been planned for stays.
+    fn is_open(&self, k: usize, safe: usize) -> bool {
+        let begun = !self.runner.is_resting() || self.runner.x > 0;
+        !begun || k >= 2 && k > safe
+    }
+
+    /// Before a corner, the line that leads up to it and the one before become alike, or one: a short rest of a curve
+    /// would be rounded sharply.
+    fn even_out(&mut self, safe: usize) {
+        let n = self.ring.len();
+        let (Some(last), Some(before)) = (
+            n.checked_sub(1).and_then(|k| self.ring.get(k)).copied(),
+            n.checked_sub(2).and_then(|k| self.ring.get(k)).copied(),
+        ) else {
+            return;
+        };
+        let alike = last.length > 0.75 * before.length;
+        if alike || !self.is_open(n - 2, safe) || last.stop || last.d <= 0.0 {
+            return;
+        }
+        let Some((anchor, cone)) = self.behind else {
+            return;
+        };
+        let tolerance = self.path.tolerance() * self.unit;
+        let mut way = [0.0f32; N];
+        for i in 0..N {
+            way[i] = profile::length_of(self.tail[i] - anchor[i]) * self.weight[i];
+        }
+        let share = lesser(tolerance * resample::SHARE, tolerance - before.outside);
+        let duration = (before.duration + last.duration) * 1.0e-3;
+        if cone.extended(&way, share).is_some()
+            && let Ok(line) = self.block(&anchor, &self.tail, duration)
+        {
+            self.ring.drop_last();
+            self.anchor = anchor;
+            self.replace(Block {
+                tolerance: before.tolerance,
+                stop: before.stop,
+                dwell: before.dwell,
+                outside: before.outside,
+                ..line
+            });
+            return;
+        }
+        // The border moves back along the line before it, which brings the old border beside the new line.
+        let back = 0.5 * (before.length - last.length);
+        let turn = junction::turn(&self.weight, &before.u, &last.u);
+        let beside = turn * back * last.length / (back + last.length);
+        if beside > 0.2 * last.tolerance {
+            return;
+        }
+        let part = back / before.length;
+        let at = core::array::from_fn(|i| {
+            before.end[i] - scaled_way(before.end[i] - anchor[i], part)
+        });
+        let first = self.block(&anchor, &at, before.duration * (1.0 - part) * 1.0e-3);
+        let second = self.block(
+            &at,
+            &self.tail,
+            (last.duration + before.duration * part) * 1.0e-3,
+        );
+        let (Ok(first), Ok(second)) = (first, second) else {
+            return;
+        };
+        if let Some(block) = self.ring.get_mut(n - 2) {
+            *block = Block {
+                tolerance: before.tolerance,
+                stop: before.stop,
+                dwell: before.dwell,
+                outside: before.outside,
+                ..first
+            };
+        }
+        if n == 2 {
             self.enter();
         }
-        self.shape(n - 1);
-        true
+        self.anchor = at;
+        self.shape(n - 2);
+        self.replace(Block {
+            tolerance: last.tolerance - beside,
+            ..second
+        });
+    }
+
+    /// Moves the corner at the end of the path outward, by half of what its rounding will stay inside: the path then passes
+    /// near the programmed vertex, and uses the tolerance on both sides. Returns the chord from there.
+    fn swing_out(&mut self, chord: Block<N>, target: &[i64; N], safe: usize) -> Block<N> {
+        let n = self.ring.len();
+        let Some(old) = n.checked_sub(1).and_then(|k| self.ring.get(k)).copied() else {
+            return chord;
+        };
+        if old.rapid || chord.rapid || !self.is_open(n - 1, safe) {
+            return chord;
+        }
+        let inside = lesser(old.tolerance, chord.tolerance);
+        // A chord that others may join brings their deviation.
+        let most = if chord.length < SHORT * inside {
+            lesser(inside, chord.tolerance * (1.0 - resample::SHARE))
+        } else {
+            inside
+        };
+        let further = n.checked_sub(2).and_then(|k| self.ring.get(k)).map(|b| b.u);
+        let turn = junction::turn(&self.weight, &old.u, &chord.u);
+        if turn > junction::REVERSAL {
+            return chord;
+        }
+        let (corner, _) = corner::passage(
+            &self.scaled,
+            further.as_ref(),
+            &old,
+            &chord,
+            turn,
+            inside + most,
+            old.length,
+        );
+        let outside = lesser(most, corner.deviation(turn) * 0.5);
+        if outside <= 0.0 {
+            return chord;
+        }
+        let way = outside / turn;
+        let at: [i64; N] = core::array::from_fn(|i| {
+            self.tail[i] - profile::length_bits((chord.u[i] - old.u[i]) * way)
+        });
+        let line = self.block(&self.anchor, &at, old.duration * 1.0e-3);
+        let moved = self.block(&at, target, chord.duration * 1.0e-3);
+        let (Ok(line), Ok(moved)) = (line, moved) else {
+            return chord;
+        };
+        self.tail = at;
+        self.replace(Block {
+            tolerance: old.tolerance,
+            stop: old.stop,
+            dwell: old.dwell,
+            outside: old.outside,
+            ..line
+        });
+        Block { outside, ..moved }
+    }
+
+    /// `line` takes the place of the newest block.
+    fn replace(&mut self, line: Block<N>) {
+        let Some(k) = self.ring.len().checked_sub(1) else {
+            return;
+        };
+        if let Some(old) = self.ring.get_mut(k) {
+            *old = line;
+        }
+        if k == 0 {
+            self.enter();
+        }
+        self.shape(k);
+    }
+
+    /// A new block at the end of the path.
+    fn begin(&mut self, mut block: Block<N>, safe: usize) {
+        block.dwell = self.dwell;
+        block.stop = self.dwell > 0 || self.ring.len() == 0;
+        self.dwell = 0;
+        self.cone = None;
+        self.append(block, safe);
     }
 
     /// Adds a block behind the newest one; before vertex `safe` the motion can stop.
@@ -663,6 +902,7 @@ impl<const N: usize> Planner<N> {
         let Some(mut before) = before else {
             block.d = 0.0;
             block.z = 0.0;
+            block.corner = Corner::STOP;
             block.zone = block::Span {
                 v: 0.0,
                 through: false,
@@ -721,6 +961,7 @@ impl<const N: usize> Planner<N> {
         self.backward();
         let plan = self.plan();
         if self.state == State::Running
+            && !self.runner.is_bound()
             && self.runner.descent_end().is_some()
             && let Some((eased, x, v)) = self.runner.eased()
             && plan.is_feasible(x, v)
@@ -755,6 +996,9 @@ impl<const N: usize> Planner<N> {
         }
         self.backward();
         if self.stale {
+            if self.state != State::Running {
+                self.stop_rising();
+            }
             self.look_again();
         }
         if self.planned != self.wanted {
@@ -764,7 +1008,11 @@ impl<const N: usize> Planner<N> {
 
     /// A cruise is decided anew; a ramp down that the plan no longer asks for is cut short.
     fn look_again(&mut self) {
-        self.stale = false;
+        // In the window of a corner nothing is decided anew; after it, all that came meanwhile.
+        self.stale = self.runner.is_bound();
+        if self.stale {
+            return;
+        }
         let wish = self.wish();
         if let run::Mode::Cruise { .. } = self.runner.mode {
             let plan = plan(&self.ring, &self.planned, &self.wanted);
@@ -783,6 +1031,7 @@ impl<const N: usize> Planner<N> {
 
     fn halt(&mut self) {
         self.backward();
+        self.stale |= self.runner.is_bound();
         self.stop_rising();
         if let run::Mode::Cruise { .. } = self.runner.mode {
             self.look_again();
@@ -791,7 +1040,8 @@ impl<const N: usize> Planner<N> {
 
     /// Lets a ramp up go, unless what follows asks for its full length.
     fn stop_rising(&mut self) {
-        if let Some((_, x, v)) = self.runner.eased()
+        if !self.runner.is_bound()
+            && let Some((_, x, v)) = self.runner.eased()
             && self.runner.descent_end().is_none()
             && self.plan().is_feasible(x, v)
         {
@@ -806,6 +1056,9 @@ impl<const N: usize> Planner<N> {
 
     /// Plans with the wanted overrides as soon as the present speed leaves room for them; slows down meanwhile.
     fn adopt_override(&mut self) {
+        if self.runner.is_bound() {
+            return;
+        }
         let old = self.planned;
         let raised = old.not_above(&self.wanted);
         if !raised {
@@ -866,11 +1119,19 @@ impl<const N: usize> Planner<N> {
             time = left;
             if let Passed::Vertex = passed {
                 self.leave();
+                // A ramp may have crossed several short blocks.
+                while self.ring.len() > 1
+                    && self.ring.get(0).is_some_and(|b| self.runner.x >= b.bits)
+                {
+                    self.leave();
+                }
             }
             if time == 0 {
                 break;
             }
         }
+        let plan = plan(&self.ring, &self.planned, &self.wanted);
+        self.runner.foresee(&plan);
         true
     }
 
@@ -886,9 +1147,14 @@ impl<const N: usize> Planner<N> {
             self.runner.rest_at(0);
             self.trace.before = None;
             self.cone = None;
+            self.behind = None;
             self.counters.rests = self.counters.rests.wrapping_add(1);
+            let here = self.tail;
+            self.tail = nearest_steps(&here);
+            self.anchor = self.tail;
+            self.go_to_steps(&here);
         } else {
-            if self.ring.get(0).is_some_and(|b| b.d <= 0.0) {
+            if self.ring.get(0).is_some_and(|b| b.d <= 0.0) && !self.runner.is_bound() {
                 self.trace.before = None;
             }
             self.enter();
@@ -902,33 +1168,62 @@ impl<const N: usize> Planner<N> {
         self.at_rest = false;
         self.trace = Trace::at(here);
         // To the nearest step.
-        let target = here.map(|p| ((p + (1 << 31)) >> 32) as i32);
+        let target = nearest_steps(&here);
         self.tail = target;
         self.anchor = target;
         self.state = State::Running;
-        let exact = here
-            .iter()
-            .zip(&target)
-            .all(|(p, t)| *p == i64::from(*t) << 32);
-        if exact {
-            return true;
+        self.go_to_steps(&here);
+        true
+    }
+
+    /// At rest at `here`, with nothing to do: a last short block to the whole steps `tail`, if they are elsewhere.
+    fn go_to_steps(&mut self, here: &[i64; N]) {
+        if *here == self.tail {
+            return;
         }
-        match self.block(&here, target, 0.0) {
+        match self.block(here, &self.tail, 0.0) {
             Ok(mut block) => {
                 block.stop = true;
                 self.append(block, 0);
             }
-            Err(_) => self.trace = Trace::whole(target),
+            Err(_) => self.trace = Trace::at(self.tail),
         }
-        true
     }
 
+    pub fn debug_ramp(&self) -> (f32,f32) { match &self.runner.mode { run::Mode::Ramp(r) => (r.acceleration, r.jerk), _ => (0.0,0.0) } }
+    pub fn debug_state(&self) -> (i64, f32, &'static str, Option<(i64,i64,f32,bool)>) {
+        (self.runner.x, self.runner.speed(), match &self.runner.mode { run::Mode::Rest => "rest", run::Mode::Cruise{..} => "cruise", run::Mode::Ramp(r) => if r.slows() {"down"} else {"up"} }, self.runner.window.map(|w| (w.t, w.half, profile::speed_of(w.v), w.passed)))
+    }
+    pub fn debug_span(&self, k: usize) -> Option<[f32; 8]> {
+        self.ring.get(k).map(|b| [b.length, b.d, if b.corner.v>0.0 {-b.corner.v} else {b.z}, b.body.v, b.body.slack.at(b.body.v,0.0).a, b.body.slack.at(b.body.v,0.0).j, b.body.entry, b.nominal])
+    }
     fn path_position(&self) -> [i64; N] {
         match self.ring.get(0) {
-            Some(head) => self.trace.position(self.runner.x, head, self.ring.get(1)),
+            Some(head) => self.trace.position(
+                self.runner.x,
+                head,
+                self.ring.get(1),
+                self.runner.window.as_ref(),
+            ),
             None => *self.trace.base(),
         }
     }
+}
+
+/// Whole steps as positions [2^-32 step].
+fn bits<const N: usize>(steps: &[i32; N]) -> [i64; N] {
+    steps.map(|p| i64::from(p) << 32)
+}
+
+/// The whole steps nearest to a position [2^-32 step].
+fn nearest_steps<const N: usize>(position: &[i64; N]) -> [i64; N] {
+    position.map(|p| (p.saturating_add(1 << 31) >> 32) << 32)
+}
+
+/// A share, 0 ..= 1, of a way.
+fn scaled_way(way: i64, share: f32) -> i64 {
+    // Half a part in 2^24 of it, at most, is rounding.
+    ((i128::from(way) * i128::from((share * 16_777_216.0) as i64)) >> 24) as i64
 }
 
 fn plan<'a, const N: usize>(

@@ -3,17 +3,19 @@
 //! ```text
 //!  position  x   2^-32 length       s(t) = s0 + (v0 + (a0/2 + c t) t) t,   c = jerk/6
 //!  speed     v   2^-48 length/ms    v(t) = v0 + (a0 + 3 c t) t
-//!  time      t   2^-20 ms
+//!  time      t   2^-22 ms
 //! ```
 //!
 //! The state at the end of a phase is the start of the next, so nothing ever jumps; the distance of a ramp is known to the
 //! last bit before it starts, which is how a ramp down comes to end on its point exactly. Lengths are below 2^31, speeds
 //! below 2^15 a millisecond (limits.rs: at most 10^4 steps/ms a joint).
 
-use super::ramp;
+use super::ramp::Steep;
 
+/// Times have that many bits behind the millisecond: at 100 steps a millisecond, the last one is a 40 000th of a step.
+const FRACTION: u32 = 22;
 /// One millisecond.
-pub(super) const TICK: u64 = 1 << 20;
+pub(super) const TICK: u64 = 1 << FRACTION;
 
 const LENGTH: f32 = 4_294_967_296.0;
 const SPEED: f32 = 281_474_976_710_656.0;
@@ -35,19 +37,39 @@ pub(super) fn speed_of(bits: i64) -> f32 {
     bits as f32 * (1.0 / SPEED)
 }
 
-/// `a * t`, with t in units of 2^-20.
-fn scale(a: i64, t: u64) -> i64 {
-    ((i128::from(a) * i128::from(t)) >> 20) as i64
+/// Way at constant speed [2^-32]; `time` may be negative.
+pub(super) fn way(v: i64, time: i64) -> i64 {
+    // A way may exceed 2^15: shifted to 2^-32 before it is cut to 64 bits.
+    ((i128::from(v) * i128::from(time)) >> (16 + FRACTION)) as i64
 }
 
-/// `a / t`, with t in units of 2^-20.
+/// Time over a way at constant speed.
+pub(super) fn time_over(way: i64, v: i64) -> f32 {
+    /// Length 2^-32 over speed 2^-48 per ms, as time.
+    const TIME: f32 = (1u64 << (16 + FRACTION)) as f32;
+    way as f32 / v.max(1) as f32 * TIME
+}
+
+/// The same to the last bit, where a sum of times must come out; `way` above 0.
+pub(super) fn exact_time_over(way: i64, v: i64) -> i64 {
+    let time = (u128::from(way.unsigned_abs()) << (16 + FRACTION)) / u128::from(v.max(1).unsigned_abs());
+    i64::try_from(time).unwrap_or(i64::MAX)
+}
+
+/// `a * t`, with t in units of `FRACTION`.
+fn scale(a: i64, t: u64) -> i64 {
+    ((i128::from(a) * i128::from(t)) >> FRACTION) as i64
+}
+
+/// `a / t`, with t in units of `FRACTION`.
 fn unscale(a: i64, t: u64) -> i64 {
     if t == 0 {
         return 0;
     }
-    // |a| below 2^63: the quotient's whole part, then 20 more bits of the remainder (t is below 2^40).
+    // |a| below 2^63: the quotient's whole part, then 22 more bits of the remainder (t is below 2^41: two rises of 100 s).
     let (whole, rest) = (a.unsigned_abs() / t, a.unsigned_abs() % t);
-    let bits = whole.saturating_mul(1 << 20).min(1 << 62) as i64 + ((rest << 20) / t) as i64;
+    let bits =
+        whole.saturating_mul(1 << FRACTION).min(1 << 62) as i64 + ((rest << FRACTION) / t) as i64;
     if a < 0 { -bits } else { bits }
 }
 
@@ -85,8 +107,7 @@ struct Phase {
 impl Phase {
     fn way(&self, v: i64, t: u64) -> i64 {
         let slope = (self.acceleration >> 1) + scale(self.sixth, t);
-        // A way may exceed 2^15: shifted to 2^-32 before it is cut to 64 bits.
-        ((i128::from(v + scale(slope, t)) * i128::from(t)) >> 36) as i64
+        way(v + scale(slope, t), t.cast_signed())
     }
 
     fn speed(&self, v: i64, t: u64) -> i64 {
@@ -115,10 +136,10 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
-    /// From speed `v` to speed `w` (bits), starting at position `x`, with acceleration `a` and jerk `j`.
-    pub fn new(x: i64, v: i64, w: i64, a: f32, j: f32) -> Self {
+    /// From speed `v` to speed `w` (bits), starting at position `x`.
+    pub fn new(x: i64, v: i64, w: i64, steep: &Steep) -> Self {
         let dv = w - v;
-        let (t1, t2) = ramp::times(speed_of(dv.abs()), a, j);
+        let (t1, t2) = steep.times(speed_of(dv.abs()));
         let t1 = time_bits(t1).max(1);
         let t2 = time_bits(t2);
         let top = unscale(dv, t1 + t2);
@@ -145,8 +166,8 @@ impl Ramp {
             t: 0,
             start: (x, v),
             end_speed: w,
-            acceleration: a,
-            jerk: j,
+            acceleration: steep.a,
+            jerk: steep.j,
         }
     }
 
@@ -189,8 +210,8 @@ impl Ramp {
     }
 
     /// Distance of a ramp that starts at zero.
-    pub fn way(v: i64, w: i64, a: f32, j: f32) -> i64 {
-        Self::new(0, v, w, a, j).end()
+    pub fn way(v: i64, w: i64, steep: &Steep) -> i64 {
+        Self::new(0, v, w, steep).end()
     }
 
     /// Runs on for at most `time`, to the end of the present phase at the farthest: whether the ramp is over, and the

@@ -1,9 +1,10 @@
 //! The blocks of the look-ahead, oldest first, in a fixed array.
 
 use super::block::{Block, Span};
+use super::corner::Corner;
 
-/// Blocks in the look-ahead. motion.md asks for 64; 88 of them with six joints take 16 KiB.
-pub const BLOCKS: usize = 88;
+/// Blocks in the look-ahead, as many as motion.md asks for: lines of a curve are no shorter than a 48th of the way to a stop.
+pub const BLOCKS: usize = 64;
 
 /// Spans are numbered from the head: span 2k is the zone at the start of block k, 2k + 1 its body.
 pub(super) struct Ring<const N: usize> {
@@ -75,6 +76,11 @@ impl<const N: usize> Ring<N> {
         }
     }
 
+    /// Takes the newest block out.
+    pub fn drop_last(&mut self) {
+        self.len = self.len.saturating_sub(1);
+    }
+
     pub fn span(&self, i: usize) -> Option<&Span> {
         let block = self.get(i / 2)?;
         Some(if i.is_multiple_of(2) {
@@ -91,5 +97,16 @@ impl<const N: usize> Ring<N> {
         } else {
             &mut block.body
         })
+    }
+
+    /// The corner that span `i` stands for, if it is one that is passed.
+    pub fn corner_at(&self, i: usize) -> Option<&Corner> {
+        let block = self.get(i / 2)?;
+        (i.is_multiple_of(2) && block.corner.is_passed()).then_some(&block.corner)
+    }
+
+    pub fn corner_at_mut(&mut self, i: usize) -> Option<&mut Corner> {
+        let block = self.get_mut(i / 2)?;
+        (i.is_multiple_of(2) && block.corner.is_passed()).then_some(&mut block.corner)
     }
 }

@@ -11,15 +11,14 @@
 //! ends early and any slowing that leaves the next planned ramp its room.
 
 use super::block::{Span, Target};
+use super::corner::Corner;
 use super::look_ahead::{self, Factors, adjacent, beyond, lesser};
-use super::profile::{self, Ramp};
-use super::ramp;
+use super::profile::{self, Ramp, TICK};
+use super::ramp::{Climb, Slack, Steep};
 use super::ring::Ring;
 
 /// A change of speed below this share is not worth a ramp.
 const WORTH: f32 = 2.0e-3;
-/// Length 2^-32 over speed 2^-48 per ms, as time 2^-20 ms.
-const TIME: f32 = (1u64 << 36) as f32;
 /// A limit passed by less than this factor is kept.
 const USABLE: f32 = 1.002;
 /// Events within one millisecond before the rest is left to the next one.
@@ -42,8 +41,30 @@ pub(super) enum Mode {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Descent {
     speed: f32,
-    a: f32,
-    j: f32,
+    steep: Steep,
+}
+
+/// The time around the passage of a corner in which nothing is decided anew.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    /// Time since the passage, and half of the window [a 2^22th ms].
+    pub t: i64,
+    pub half: i64,
+    /// Speed of the passage [2^-48 length/ms].
+    pub v: i64,
+    /// The corner's second block is the head.
+    pub passed: bool,
+}
+
+impl Window {
+    fn run(window: &mut Option<Self>, time: u64) {
+        if let Some(w) = window {
+            w.t += time.cast_signed();
+            if w.t >= w.half && w.passed {
+                *window = None;
+            }
+        }
+    }
 }
 
 /// What the runner is asked to do.
@@ -67,6 +88,7 @@ pub(super) struct Runner {
     /// Speed while resting or cruising [2^-48 per ms].
     v: i64,
     pub mode: Mode,
+    pub window: Option<Window>,
     /// Ramps that had to be a hundredth steeper than the limits: never, unless limits or tolerance were changed under way.
     pub squeezed: u32,
 }
@@ -120,6 +142,16 @@ impl<const N: usize> Plan<'_, N> {
         1
     }
 
+    /// Rise of ramps that end at the start of span `i`.
+    fn rise(&self, i: usize) -> f32 {
+        self.ring.corner_at(i).map_or(0.0, |c| c.rise)
+    }
+
+    /// Way before the start of span `i` in which the speed v must stay, where no ramp down leads to it.
+    fn calm(&self, i: usize, v: f32) -> f32 {
+        self.ring.corner_at(i).map_or(0.0, |c| c.calm_at(v))
+    }
+
     /// Where a ramp down may lead from `way` before the end of span `i`.
     fn targets(&self, i: usize, way: f32) -> (Option<Target>, Option<Target>) {
         let Some(span) = self.ring.span(i) else {
@@ -128,7 +160,7 @@ impl<const N: usize> Plan<'_, N> {
         let next = self.ring.span(i + 1);
         let cap = self.cap(i);
         (
-            Some(adjacent(span, way, cap, next)),
+            Some(adjacent(span, way, cap, next, self.rise(i + 1))),
             beyond(span, way, cap, next, self.cap(i + 1)),
         )
     }
@@ -137,26 +169,26 @@ impl<const N: usize> Plan<'_, N> {
     /// Roots know the best ramps from the borders of spans; this finds the others.
     fn descent(&self, i: usize, mut way: f32, v: f32) -> Option<Target> {
         let mut span = self.ring.span(i)?;
-        let (mut a, mut j) = (span.a, span.j);
+        let mut slack = span.slack;
         for m in i + 1.. {
             let next = self.ring.span(m);
             let w = next.map_or(0.0, |n| n.entry);
-            if v > w && ramp::distance(v, w, a, j) <= way {
+            let rise = self.rise(m);
+            if v > w && slack.at(v, rise).distance(v, w) <= way {
                 return Some(Target {
                     span: (m - i) as u16,
                     way,
                     speed: w,
-                    a,
-                    j,
+                    slack,
                     cap: v,
+                    rise,
                 });
             }
             let next = next?;
             if !span.through || !next.through || v > next.v * 1.001 {
                 return None;
             }
-            a = lesser(a, next.a);
-            j = lesser(j, next.j);
+            slack = slack.and(&next.slack);
             way += next.length;
             span = next;
         }
@@ -166,15 +198,18 @@ impl<const N: usize> Plan<'_, N> {
     /// Whether speed `v` without acceleration at `x` leaves room for all that follows.
     pub fn is_feasible(&self, x: i64, v: f32) -> bool {
         let i = self.locate(x);
-        if self.ring.span(i + 1).is_some_and(|n| v <= n.entry) {
+        let way = profile::length_of(self.start(i + 1) - x);
+        if self.ring.span(i + 1).is_some_and(|n| v <= n.entry) && way >= self.calm(i + 1, v) {
             return true;
         }
-        let way = profile::length_of(self.start(i + 1) - x);
         let (near, far) = self.targets(i, way);
         let by_root = [near, far.filter(|t| v <= t.cap * USABLE)]
             .into_iter()
             .flatten()
-            .any(|t| v <= t.speed || ramp::distance(v, t.speed, t.a, t.j) <= t.way * 0.999);
+            .any(|t| {
+                v <= t.speed && t.rise <= 0.0
+                    || v > t.speed && t.steep().distance(v, t.speed) <= t.way * 0.999
+            });
         by_root || self.descent(i, way * 0.999, v).is_some()
     }
 }
@@ -185,6 +220,7 @@ impl Runner {
             x: 0,
             v: 0,
             mode: Mode::Rest,
+            window: None,
             squeezed: 0,
         }
     }
@@ -205,6 +241,7 @@ impl Runner {
         self.x = x;
         self.v = 0;
         self.mode = Mode::Rest;
+        self.window = None;
     }
 
     /// End of the ramp under way, if it slows down.
@@ -238,8 +275,9 @@ impl Runner {
         // A ramp that ends on a border does not reach into what begins there.
         for i in plan.locate(self.x)..=plan.locate(end - 1) {
             let Some(span) = plan.ring.span(i) else { break };
+            let steep = span.slack.at(most, 0.0);
             let within =
-                ramp.is_none_or(|r| r.acceleration <= span.a * 1.001 && r.jerk <= span.j * 1.001);
+                ramp.is_none_or(|r| r.acceleration <= steep.a * 1.001 && r.jerk <= steep.j * 1.001);
             // A stop has no length; nor has a hat through whole blocks, which limits nothing by itself.
             let asks = span.length > 0.0 || span.v <= 0.0;
             if asks && (most > span.v * 1.001 || !within) {
@@ -262,11 +300,11 @@ impl Runner {
         let Some(mut span) = plan.ring.span(i) else {
             return plan.ring.len();
         };
-        let (mut a, mut j) = (span.a, span.j);
+        let mut slack = span.slack;
         let mut way = profile::length_of(plan.start(i + 1) - x);
         // To some speed in between may take an eighth more than to rest.
-        let to_rest = |v, a, j| ramp::distance(v, 0.0, a, j) * 1.125;
-        let mut needed = to_rest(v, a, j);
+        let to_rest = |v: f32, slack: &Slack| slack.at(v, 0.0).distance(v, 0.0) * 1.125;
+        let mut needed = to_rest(v, &slack);
         while needed > way {
             i += 1;
             let Some(next) = plan.ring.span(i) else {
@@ -274,14 +312,16 @@ impl Runner {
             };
             if span.through && next.through {
                 way += next.length;
-                if next.a < a || next.j < j {
-                    (a, j) = (lesser(a, next.a), lesser(j, next.j));
-                    needed = to_rest(v, a, j);
+                if slack.is_more_than(&next.slack) {
+                    slack = slack.and(&next.slack);
+                    needed = to_rest(v, &slack);
                 }
             } else {
                 v = lesser(v, next.entry);
-                (a, j, way) = (next.a, next.j, next.length);
-                needed = to_rest(v, a, j);
+                slack = next.slack;
+                // No ramp down begins in the window behind a corner.
+                way = next.length - i.checked_sub(1).map_or(0.0, |k| plan.calm(k, v));
+                needed = to_rest(v, &slack);
             }
             span = next;
         }
@@ -336,19 +376,22 @@ impl Runner {
                 }
                 Mode::Cruise { until, then } => {
                     let left = until - self.x;
-                    let needed = left as f32 / self.v.max(1) as f32 * TIME;
+                    let needed = profile::time_over(left, self.v);
                     if left > 0 && needed >= time as f32 {
-                        self.x += ((i128::from(self.v) * i128::from(time)) >> 36) as i64;
+                        self.x += profile::way(self.v, time.cast_signed());
                         self.x = self.x.min(until);
+                        Window::run(&mut self.window, time);
                         time = 0;
                     } else {
                         if left > 0 {
-                            time -= (needed as u64).min(time);
+                            let taken = (needed as u64).min(time);
+                            Window::run(&mut self.window, taken);
+                            time -= taken;
                             self.x = until;
                         }
                         match then {
                             Some(d) => {
-                                self.ramp_to(d.speed, d.a, d.j);
+                                self.ramp_to(d.speed, &d.steep);
                             }
                             None => {
                                 if let Passed::Vertex = self.passed(plan) {
@@ -361,6 +404,7 @@ impl Runner {
                 }
                 Mode::Ramp(mut ramp) => {
                     let (over, left) = ramp.step(time);
+                    Window::run(&mut self.window, time - left);
                     time = left;
                     self.x = ramp.position();
                     if over {
@@ -417,6 +461,12 @@ impl Runner {
     /// The head block has gone; positions count from the start of the next.
     pub fn leave(&mut self, bits: i64) {
         self.x -= bits;
+        if let Some(w) = &mut self.window {
+            w.passed = true;
+            if w.t >= w.half {
+                self.window = None;
+            }
+        }
         match &mut self.mode {
             Mode::Rest => self.x = 0,
             Mode::Cruise { until, .. } => *until -= bits,
@@ -424,8 +474,66 @@ impl Runner {
         }
     }
 
-    fn ramp_to(&mut self, w: f32, a: f32, j: f32) {
-        self.mode = Mode::Ramp(Ramp::new(self.x, self.v, profile::speed_bits(w), a, j));
+    fn ramp_to(&mut self, w: f32, steep: &Steep) {
+        self.mode = Mode::Ramp(Ramp::new(self.x, self.v, profile::speed_bits(w), steep));
+    }
+
+    /// After a sample: whether a corner is near enough for its window to open before the next one. From there on speed and
+    /// time of the passage are known.
+    pub fn foresee<const N: usize>(&mut self, plan: &Plan<'_, N>) {
+        let (Some(corner), Some(head)) = (plan.ring.corner_at(2), plan.ring.get(0)) else {
+            return;
+        };
+        if self.window.is_some_and(|w| !w.passed) {
+            return;
+        }
+        let left = head.bits - self.x;
+        let speed = self.speed();
+        if left > profile::length_bits(2.0 * corner.calm + 2.0 * speed + 1.0) {
+            return;
+        }
+        let (v, time) = match &self.mode {
+            Mode::Ramp(ramp) => {
+                let v = ramp.end_speed();
+                let behind = head.bits - ramp.end();
+                if behind > profile::length_bits(corner.calm) {
+                    return;
+                }
+                let behind = profile::exact_time_over(behind.max(0), v);
+                (v, ramp.left().cast_signed().saturating_add(behind))
+            }
+            Mode::Cruise { until, then: None } if *until + NEAR >= head.bits => {
+                (self.v, profile::exact_time_over(left.max(0), self.v))
+            }
+            _ => return,
+        };
+        // Else a ramp down is still to come.
+        let most = plan.ring.span(2).map_or(0.0, |corner| corner.entry);
+        if profile::speed_of(v) > most * (1.0 + WORTH) {
+            return;
+        }
+        let half = (corner.time(profile::speed_of(v)) * TICK as f32) as i64;
+        if v > 0 && time <= half + TICK.cast_signed() {
+            self.window = Some(Window {
+                t: -time,
+                half,
+                v,
+                passed: false,
+            });
+        }
+    }
+
+    /// Whether nothing may be decided anew now.
+    pub fn is_bound(&self) -> bool {
+        self.window.is_some()
+    }
+
+    /// Way up to the end of the window behind a corner; 0 elsewhere.
+    fn calm_left(&self) -> i64 {
+        match &self.window {
+            Some(w) => profile::way(self.v, w.half - w.t) + 1,
+            None => 0,
+        }
     }
 
     fn cruise(&mut self, until: i64) {
@@ -442,6 +550,11 @@ impl Runner {
         let v = profile::speed_of(self.v);
         let end = plan.start(i + 1);
         let way = profile::length_of(end - self.x);
+        if self.window.is_some() && wish == Wish::Halt {
+            let until = self.x + self.calm_left();
+            self.cruise(until.min(end));
+            return;
+        }
         if wish == Wish::Halt {
             if self.v == 0 {
                 self.mode = Mode::Rest;
@@ -451,17 +564,21 @@ impl Runner {
             return;
         }
         let cap = look_ahead::cap(plan.ring, i, plan.wanted).min(plan.cap(i));
-        if v > cap * (1.0 + WORTH) && v > 1.0e-9 {
+        if v > cap * (1.0 + WORTH) && v > 1.0e-9 && self.window.is_none() {
             self.slow_to(plan, i, way, end, v, cap);
             return;
         }
         // While lower overrides wait for room, nothing rises.
         let settled = plan.planned.not_above(plan.wanted);
         if settled && v < cap * (1.0 - WORTH) || self.v == 0 {
-            let top = peak(plan, i, span, way, v, cap);
-            if top > v * (1.0 + WORTH) && top > 1.0e-12 {
-                let (a, j) = limits_up(plan, i, span, way, v, top);
-                self.ramp_to(top, a, j);
+            let rise = self
+                .window
+                .map_or(0.0, |w| w.half as f32 * (1.0 / TICK as f32));
+            let passed = self.window.is_none_or(|w| w.passed);
+            let top = peak(plan, i, span, way, v, cap, rise);
+            if passed && top > v * (1.0 + WORTH) && top > 1.0e-12 {
+                let steep = limits_up(plan, i, span, way, v, top, rise);
+                self.ramp_to(top, &steep);
                 return;
             }
         }
@@ -476,7 +593,9 @@ impl Runner {
             if end - self.x < NEAR {
                 self.x = end;
             } else {
-                self.v = 1 << 20;
+                // A quarter of a sample's worth of jerk is a speed that comes and goes at once.
+                let j = plan.ring.span(i).map_or(0.0, |s| s.slack.at(0.0, 0.0).j);
+                self.v = profile::speed_bits(0.25 * j).max(1 << 20);
                 self.cruise(end);
             }
             return;
@@ -491,7 +610,7 @@ impl Runner {
         let (near, far) = plan.targets(i, way);
         let far = far.filter(|t| v <= t.cap * USABLE && t.speed < v);
         let mut best: Option<(i64, i64, Target)> = None;
-        let fits = |t: &Target| ramp::distance(v, t.speed, t.a, t.j) <= t.way;
+        let fits = |t: &Target| t.steep().distance(v, t.speed) <= t.way;
         let other = if [near, far].iter().flatten().any(fits) {
             None
         } else {
@@ -500,7 +619,7 @@ impl Runner {
         for target in [near, far, other].into_iter().flatten() {
             let w = profile::speed_bits(target.speed);
             let needed = if self.v > w {
-                Ramp::way(self.v, w, target.a, target.j)
+                Ramp::way(self.v, w, &target.steep())
             } else {
                 0
             };
@@ -513,7 +632,24 @@ impl Runner {
             self.cruise(end);
             return;
         };
-        let (mut a, mut j) = (target.a, target.j);
+        let mut steep = target.steep();
+        // Not before the window of a corner is over.
+        let earliest = match &self.window {
+            Some(_) => self.x + self.calm_left(),
+            None => self.x,
+        };
+        let start = if start < earliest && self.window.is_some() {
+            let needed = at - start;
+            let given = at - earliest;
+            if given < needed - (needed >> 7) || given <= 0 {
+                self.squeezed = self.squeezed.wrapping_add(1);
+            }
+            // Taken up again there.
+            self.cruise(earliest.min(end));
+            return;
+        } else {
+            start
+        };
         if start < self.x {
             let needed = profile::length_of(at - start);
             let given = profile::length_of(at - self.x);
@@ -525,16 +661,18 @@ impl Runner {
                 return;
             }
             let times = needed / given * (1.0 + 1.0e-6);
-            a *= times;
-            j *= times * times;
+            steep = Steep {
+                a: steep.a * times,
+                j: steep.j * times * times,
+                rise: steep.rise / times,
+            };
         }
         let descent = Descent {
             speed: target.speed,
-            a,
-            j,
+            steep,
         };
         if start <= self.x {
-            self.ramp_to(descent.speed, a, j);
+            self.ramp_to(descent.speed, &steep);
         } else {
             self.mode = Mode::Cruise {
                 until: start,
@@ -556,26 +694,28 @@ impl Runner {
         let Some(first) = plan.ring.span(i) else {
             return;
         };
-        let (mut a, mut j, mut reach) = (first.a, first.j, way);
+        let (mut slack, mut reach) = (first.slack, way);
         let mut through = first.through;
         let mut w = w;
         let mut k = i + 1;
-        while ramp::distance(v, w, a, j) > reach {
+        while slack.at(v, 0.0).distance(v, w) > reach {
             match plan.ring.span(k) {
                 // Only what may be entered at this speed may be crossed while slowing down gently.
                 Some(next) if through && next.through && v <= next.v * USABLE => {
-                    a = lesser(a, next.a);
-                    j = lesser(j, next.j);
+                    slack = slack.and(&next.slack);
                     reach += next.length;
                     through = next.through;
                     k += 1;
                 }
                 Some(next) => {
                     // A corner lies ahead, at constant speed or a lower one: as slow as may be until there, but not crawling.
-                    w = ramp::slowest(reach, v, a, j)
+                    let steep = slack.at(v, 0.0);
+                    let reach = reach - plan.calm(k, v);
+                    w = steep
+                        .slowest(reach, v)
                         .max(w)
                         .max(0.3 * next.entry.min(v));
-                    if ramp::distance(v, w, a, j) > reach {
+                    if steep.distance(v, w) > reach {
                         w = v;
                     }
                     break;
@@ -589,15 +729,18 @@ impl Runner {
         }
         // What the path asks for next must still fit behind it, else that is taken now.
         let w_bits = profile::speed_bits(w);
-        let after = self.x + Ramp::way(self.v, w_bits, a, j);
+        let steep = slack.at(v, 0.0);
+        let after = self.x + Ramp::way(self.v, w_bits, &steep);
         if w > 0.0 && w < v && !plan.is_feasible(after, w) {
             let (near, far) = plan.targets(i, way);
             let fitting = [far, near].into_iter().flatten().find(|t| {
-                t.speed < v && v <= t.cap * USABLE && ramp::distance(v, t.speed, t.a, t.j) <= t.way
+                t.speed < v
+                    && v <= t.cap * USABLE
+                    && t.steep().distance(v, t.speed) <= t.way
             });
             let bound = plan.ring.span(i + 1).is_none_or(|n| v > n.entry);
             match fitting {
-                Some(t) if bound => self.ramp_to(t.speed, t.a, t.j),
+                Some(t) if bound => self.ramp_to(t.speed, &t.steep()),
                 _ => self.follow(plan, i, way, end, v),
             }
             return;
@@ -605,12 +748,12 @@ impl Runner {
         if w >= v * (1.0 - WORTH) {
             self.follow(plan, i, way, end, v);
         } else {
-            self.ramp_to(w, a, j);
+            self.ramp_to(w, &steep);
         }
     }
 }
 
-/// The highest speed to ramp up to from `v`, `way` before the end of span `i`.
+/// The highest speed to ramp up to from `v`, `way` before the end of span `i`, with a given rise.
 fn peak<const N: usize>(
     plan: &Plan<'_, N>,
     i: usize,
@@ -618,36 +761,55 @@ fn peak<const N: usize>(
     mut way: f32,
     v: f32,
     mut cap: f32,
+    rise: f32,
 ) -> f32 {
-    let (mut a, mut j) = (span.a, span.j);
+    let mut slack = span.slack;
     let mut through = span.through;
+    let mut best = v;
     let mut m = i + 1;
     loop {
-        let Some(next) = plan.ring.span(m) else {
-            return ramp::peak(way, v, 0.0, cap, a, j);
+        let climb = |to: f32, way: f32, cap: f32, slack: &Slack, down: f32, corner: Option<&Corner>| {
+            Climb {
+                way,
+                from: v,
+                to,
+                cap,
+                up: slack.at(cap, rise),
+                down: slack.at(cap, down),
+                corner: corner.copied(),
+            }
+            .peak()
         };
-        let near = || ramp::peak(way, v, next.entry, cap, a, j);
+        let Some(next) = plan.ring.span(m) else {
+            return best.max(climb(0.0, way, cap, &slack, 0.0, None));
+        };
+        let corner = plan.ring.corner_at(m);
+        let near = |cap: f32| climb(next.entry, way, cap, &slack, plan.rise(m), corner);
         if next.entry < cap {
             let here = Span {
-                a,
-                j,
+                slack,
                 through,
                 ..*span
             };
-            return match beyond(&here, way, cap, Some(next), plan.cap(m)) {
-                Some(t) => ramp::peak(t.way, v, t.speed, t.cap, t.a, t.j).max(near()),
-                None => near(),
-            };
+            best = best.max(near(cap));
+            if let Some(t) = beyond(&here, way, cap, Some(next), plan.cap(m)) {
+                best = best.max(climb(t.speed, t.way, t.cap, &t.slack, t.rise, None));
+            }
+            if best >= next.entry * (1.0 - 1.0e-6) {
+                return best;
+            }
+            // A slower stretch: up to its speed, and on through it.
+            cap = next.entry;
         }
-        if ramp::distance(v, cap, a, j) <= way * (1.0 - 4.0e-6) {
-            return cap;
+        let steep = slack.at(cap, rise);
+        if steep.distance(v, cap) <= (way - plan.calm(m, cap)) * (1.0 - 4.0e-6) {
+            return best.max(cap);
         }
         if !(through && next.through) {
-            return near();
+            return best.max(near(cap));
         }
         through = next.through;
-        a = lesser(a, next.a);
-        j = lesser(j, next.j);
+        slack = slack.and(&next.slack);
         cap = cap.min(plan.cap(m));
         way += next.length;
         m += 1;
@@ -662,18 +824,22 @@ fn limits_up<const N: usize>(
     mut way: f32,
     v: f32,
     w: f32,
-) -> (f32, f32) {
-    let (mut a, mut j) = (span.a, span.j);
+    rise: f32,
+) -> Steep {
+    let mut slack = span.slack;
     let mut m = i + 1;
-    while ramp::distance(v, w, a, j) > way {
-        let Some(next) = plan.ring.span(m) else { break };
-        if !next.through {
-            break;
+    loop {
+        let steep = slack.at(w, rise);
+        if steep.distance(v, w) <= way {
+            return steep;
         }
-        a = lesser(a, next.a);
-        j = lesser(j, next.j);
-        way += next.length;
-        m += 1;
+        match plan.ring.span(m) {
+            Some(next) if next.through => {
+                slack = slack.and(&next.slack);
+                way += next.length;
+                m += 1;
+            }
+            _ => return steep,
+        }
     }
-    (a, j)
 }

@@ -2,6 +2,7 @@
 
 use super::block::Block;
 use super::profile;
+use super::run::Window;
 
 /// Where the head block lies.
 #[derive(Clone, Copy)]
@@ -77,19 +78,25 @@ impl<const N: usize> Trace<N> {
     /// `block` is the head from now on.
     pub fn enter(&mut self, block: &Block<N>) {
         for i in 0..N {
-            let way = (i64::from(block.end[i]) << 32) - self.base[i];
+            let way = block.end[i] - self.base[i];
             self.direction[i] = profile::direction(way, block.bits.max(1));
         }
     }
 
     /// The head block is over: its end is where the next one starts.
     pub fn leave(&mut self, block: &Block<N>) {
-        self.base = block.end.map(|p| i64::from(p) << 32);
+        self.base = block.end;
         self.before = Some(block.u);
     }
 
     /// Position of every joint [2^-32 step] at `x` in `head`.
-    pub fn position(&self, x: i64, head: &Block<N>, next: Option<&Block<N>>) -> [i64; N] {
+    pub fn position(
+        &self,
+        x: i64,
+        head: &Block<N>,
+        next: Option<&Block<N>>,
+        window: Option<&Window>,
+    ) -> [i64; N] {
         let mut q = self.base;
         for i in 0..N {
             q[i] += along(self.direction[i], x);
@@ -107,6 +114,22 @@ impl<const N: usize> Trace<N> {
             if end > 0 {
                 for i in 0..N {
                     q[i] += along(direction_bits(next.u[i] - head.u[i]), end);
+                }
+            }
+        }
+        if let Some(window) = window {
+            let (from, to) = match (window.passed, &self.before, next) {
+                (true, Some(before), _) => (before, &head.u),
+                (false, _, Some(next)) => (&head.u, &next.u),
+                _ => return q,
+            };
+            // The triangle in time, as a length at the speed of the passage.
+            let half = profile::way(window.v, window.half);
+            let beside = profile::way(window.v, window.t.abs());
+            let round = Hat::new(profile::length_of(half)).bulge(beside);
+            if round > 0 {
+                for i in 0..N {
+                    q[i] += along(direction_bits(to[i] - from[i]), round);
                 }
             }
         }

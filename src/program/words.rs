@@ -5,6 +5,7 @@
 //! seven digits are all that a setting has.
 
 use core::fmt;
+use fixed::types::I32F32;
 
 /// A decimal number with sign and point.
 pub fn number(text: &str) -> Option<f32> {
@@ -48,6 +49,59 @@ pub fn number64(text: &str) -> Option<f64> {
 /// A whole number with sign.
 pub fn whole(text: &str) -> Option<i32> {
     text.parse().ok()
+}
+
+/// Why a number of steps is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BadSteps {
+    /// Not digits with a sign and a point.
+    Malformed,
+    /// More digits behind the point than [`STEP_PLACES`].
+    TooLong,
+    /// Beyond a step counter.
+    OutOfRange,
+}
+
+/// Most digits behind the point of a number of steps: the last one is still more than 2^-32 of a step.
+pub const STEP_PLACES: usize = 9;
+
+/// A number of steps, to the nearest 2^-32 of one: no digit passes through a float.
+pub fn steps(text: &str) -> Result<I32F32, BadSteps> {
+    let (negative, digits) = match text.as_bytes() {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        rest => (false, rest),
+    };
+    let point = digits.iter().position(|byte| *byte == b'.');
+    let (whole, behind) = match point {
+        Some(at) => (&digits[..at], &digits[at + 1..]),
+        None => (digits, &[][..]),
+    };
+    let is_number = whole.iter().chain(behind).all(u8::is_ascii_digit);
+    if !is_number || whole.is_empty() && behind.is_empty() {
+        return Err(BadSteps::Malformed);
+    }
+    if behind.len() > STEP_PLACES {
+        return Err(BadSteps::TooLong);
+    }
+    let mut size = 0u64;
+    for byte in whole {
+        size = size * 10 + u64::from(byte - b'0');
+        if size > 1 << 31 {
+            return Err(BadSteps::OutOfRange);
+        }
+    }
+    let (mut part, mut scale) = (0u64, 1u64);
+    for byte in behind {
+        part = part * 10 + u64::from(byte - b'0');
+        scale *= 10;
+    }
+    // Below 10^9 * 2^32 < 2^62, and rounded to at most 2^32; the whole at most 2^31: no more than 2^63 + 2^32.
+    let bits = (size << 32) + ((part << 32) + scale / 2) / scale;
+    let bits = i128::from(bits);
+    i64::try_from(if negative { -bits } else { bits })
+        .map(I32F32::from_bits)
+        .map_err(|_| BadSteps::OutOfRange)
 }
 
 /// Shows a number with the seven digits that an `f32` has, at most six of them behind the point.

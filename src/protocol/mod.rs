@@ -20,7 +20,7 @@
 //! | `$X` | leaves the alarm state | `ok` |
 //! | `$STAT` | | `[MSG:...]` with the counters that must be 0, `ok` |
 //! | `$SEG=c0,c1,c2,c3,c4,c5,t` | a signed step count for each motor, six or eight, in t seconds from rest to rest; `,CENTRED` or `,PUBLISHED` may follow | `ok` once queued |
-//! | `$MOVE=s0,s1,s2,s3,s4,s5,t` | next target of a joint path [steps], no sooner than t seconds after the one before; without t as fast as the motors may | `ok` once queued |
+//! | `$MOVE=s0,s1,s2,s3,s4,s5,t` | next target of a joint path [steps, up to nine digits behind the point], no sooner than t seconds after the one before; without t, or with 0, a rapid: as fast as the motors may, its corners with other rapids within `$1005`, but for the one right behind a move with a time | `ok` once queued |
 //! | `$MOVE=END` | the path is complete; it starts then, when the look-ahead is full, or on `~` | `ok` |
 //! | `$CUE=ms,action` | at this millisecond of the next motion: `HOLD`, `RESUME`, `STOP`, `FEED,percent`, `RAPID,percent`, `TRIM,motor,steps` | `ok` |
 //! | `$TRIM=<axis><value>` | offset of a motor [mm, deg], reached at its own rate while programs run, within `$1030`, and `$1013` of its limits | `ok` |

@@ -3,9 +3,10 @@
 use super::Line;
 use super::cue::Action;
 use crate::error::Error;
-use crate::program::words::{number, number64, whole};
+use crate::program::words::{self, BadSteps, number, number64, whole};
 use crate::settings::{AXES, LETTERS};
 use crate::stepper::Preset;
+use fixed::types::I32F32;
 
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +35,13 @@ pub enum Command<'a, const N: usize = AXES> {
     },
     /// The next target of a stream [steps], and the least time to it [s] (0: a rapid).
     Move {
-        steps: [i32; N],
+        steps: [I32F32; N],
         duration: f32,
+    },
+    /// A target whose number for this motor is none.
+    BadMove {
+        motor: usize,
+        why: BadSteps,
     },
     MoveEnd,
     TrimShow,
@@ -137,16 +143,19 @@ fn counts<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
 }
 
 fn target<const N: usize>(text: &str) -> Result<Command<'_, N>, Error> {
-    let mut words = text.split(',');
-    let mut steps = [0; N];
-    for step in &mut steps {
-        *step = words.next().and_then(whole).ok_or(Error::BadNumber)?;
+    let mut list = text.split(',');
+    let mut steps = [I32F32::ZERO; N];
+    for motor in 0..N {
+        match words::steps(list.next().ok_or(Error::BadNumber)?) {
+            Ok(at) => steps[motor] = at,
+            Err(why) => return Ok(Command::BadMove { motor, why }),
+        }
     }
-    let duration = match words.next() {
+    let duration = match list.next() {
         None => 0.0,
         Some(word) => number(word).ok_or(Error::BadNumber)?,
     };
-    match words.next() {
+    match list.next() {
         None => Ok(Command::Move { steps, duration }),
         Some(_) => Err(Error::BadNumber),
     }

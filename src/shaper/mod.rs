@@ -15,7 +15,7 @@
 //! **In step.** A shaper delays by its mean, `T/4` for ZV, `T/2` for the others without damping. All joints get the mean
 //! of the slowest: those with less are delayed by whole samples and a share of one. So joints stay in step as long as
 //! speeds are even; where they change, each joint rounds its own way, and the tool leaves the path by as much as the
-//! report of a path tells. The same shaper on all joints keeps straight lines straight.
+//! report of a path tells; a joint that turns round without a rest does so short of its point. The same shaper on all joints keeps straight lines straight.
 //!
 //! **Memory.** A ring for each joint, as long as its shaper, of 32-bit positions at a scale by which the joint's fastest
 //! way through its ring fits; differences wrap rightly. All rings share [`HISTORY`] samples a joint. Without damping that is

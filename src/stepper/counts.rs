@@ -6,9 +6,8 @@
 //! step comes at the tick at which the compare form makes it, for lines of up to [`MOST_TICKS`] ticks.
 #![deny(clippy::float_arithmetic)]
 
-use super::interpolator::AT_REST;
 use super::segmenter::{Full, SEGMENTS_PER_SAMPLE};
-use super::{Kind, Mask, Preset, Segment, SegmentSender, Segmenter, Timing};
+use super::{AT_REST, Channel, Kind, Mask, Preset, Segment, SegmentSender, Segmenter, Timing};
 
 /// Longest line in ticks: stretches then still have 256 ticks.
 pub const MOST_TICKS: u64 = 1 << 24;
@@ -138,7 +137,8 @@ impl<const N: usize> CountLine<N> {
         match self.stage {
             Stage::Hold => {
                 // The old directions stand until their hold time is over.
-                let ticks = segmenter.hold_missing().div_ceil(self.period).min(60_000) as u16;
+                // The longest hold has 168 000 counts, 700 of the shortest ticks.
+                let ticks = segmenter.hold_ticks(Mask::MAX, self.period).min(60_000) as u16;
                 if ticks > 0 {
                     segmenter.send(
                         self.segment(Kind::Rest, ticks, segmenter.directions()),
@@ -170,7 +170,7 @@ impl<const N: usize> CountLine<N> {
                 let mut segment = self.segment(Kind::Motion, ticks as u16, directions);
                 let accumulators = segmenter.accumulators();
                 for i in 0..N {
-                    segment.increments[i] = self.increment(i, accumulators[i], ticks);
+                    segment.channels[i].increment = self.increment(i, accumulators[i], ticks);
                 }
                 segmenter.send(segment, queue);
                 self.done += ticks;
@@ -241,13 +241,10 @@ impl<const N: usize> CountLine<N> {
     fn segment(&self, kind: Kind, ticks: u16, directions: Mask) -> Segment<N> {
         Segment {
             ticks,
-            wait: 0,
-            period: self.period,
-            directions,
-            reversed: 0,
-
             kind,
-            increments: [0; N],
+            directions,
+            period: self.period,
+            channels: [Channel::at(0); N],
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! tick k:  put out the levels computed at tick k-1        (constant time from timer to pin)
-//!          segment over? load the next one                (directions change here, after the last step of the old one)
+//!          segment over? load the next one                (directions change here, after the last step of the old one;
+//!                                                          accumulators and increments are copied as they are)
 //!          (acc[i], carry) = acc[i] + inc[i]              carry = motor i steps, seen at the pin at tick k+1
 //! ```
 //!
@@ -17,7 +18,7 @@
     clippy::indexing_slicing
 )]
 
-use super::{Kind, Mask, SegmentReceiver, StepMode, StepPort, StepTimer};
+use super::{AT_REST, Channel, Kind, Mask, SegmentReceiver, StepMode, StepPort, StepTimer};
 use core::sync::atomic::{
     AtomicU32,
     Ordering::{Relaxed, SeqCst},
@@ -146,17 +147,6 @@ pub struct Interpolator<'a, const N: usize> {
     rest_period: u32,
 }
 
-/// One motor: side by side, because one load fetches both.
-#[derive(Clone, Copy)]
-#[repr(C)]
-struct Channel {
-    accumulator: u32,
-    increment: u32,
-}
-
-/// An accumulator at rest: half a step from either edge (interpolation.md section 3).
-pub const AT_REST: u32 = 1 << 31;
-
 impl<'a, const N: usize> Interpolator<'a, N> {
     /// Motors at rest on whole steps, all directions positive. `rest_period` [timer counts] is the tick while idle.
     pub fn new(
@@ -167,10 +157,7 @@ impl<'a, const N: usize> Interpolator<'a, N> {
     ) -> Self {
         const { assert!(N >= 1 && N <= 8, "a mask has eight bits") };
         Self {
-            channels: [Channel {
-                accumulator: AT_REST,
-                increment: 0,
-            }; N],
+            channels: [Channel::at(AT_REST); N],
             levels: 0,
             kept: kept(mode),
             shared,
@@ -248,17 +235,9 @@ impl<'a, const N: usize> Interpolator<'a, N> {
         }
         self.moving = segment.kind == Kind::Motion;
         let ticks = u32::from(segment.ticks).wrapping_sub(1) & Shared::TICKS;
-        let (reversed, wait) = (segment.reversed, segment.wait);
-        let (channels, increments) = (&mut self.channels, &segment.increments);
-        if segment.kind == Kind::Preset {
-            each_motor!(I => preset(channels.get_mut(I), increments.get(I)));
-        } else {
-            each_motor!(I => set_increment(channels.get_mut(I), increments.get(I)));
-        }
+        let (ours, theirs) = (&mut self.channels, &segment.channels);
+        each_motor!(I => load(ours.get_mut(I), theirs.get(I)));
         let _ = self.queue.dequeue();
-        if reversed != 0 {
-            self.reverse(reversed, wait);
-        }
         ticks
     }
 
@@ -271,20 +250,6 @@ impl<'a, const N: usize> Interpolator<'a, N> {
         self.moving = false;
         timer.set_period(self.rest_period);
         0
-    }
-
-    /// Complements the accumulators of reversed motors, and holds back one that would step before `wait` ticks have
-    /// passed. [`Stance::reverse`](super::Stance) does the same sum in the foreground's books.
-    #[inline(always)]
-    fn reverse(&mut self, reversed: Mask, wait: u16) {
-        let mut left = u32::from(reversed);
-        for channel in &mut self.channels {
-            if left & 1 != 0 {
-                channel.accumulator =
-                    reversed_accumulator(channel.accumulator, channel.increment, wait);
-            }
-            left >>= 1;
-        }
     }
 }
 
@@ -304,35 +269,15 @@ fn add(channel: Option<&mut Channel>, steps: &mut u32) {
 }
 
 #[inline(always)]
-fn set_increment(channel: Option<&mut Channel>, increment: Option<&u32>) {
-    if let (Some(channel), Some(increment)) = (channel, increment) {
-        channel.increment = *increment;
-    }
-}
-
-/// The increment of a preset is the accumulator to be.
-#[inline(always)]
-fn preset(channel: Option<&mut Channel>, accumulator: Option<&u32>) {
-    if let (Some(channel), Some(accumulator)) = (channel, accumulator) {
-        *channel = Channel {
-            accumulator: *accumulator,
-            increment: 0,
-        };
+fn load(ours: Option<&mut Channel>, theirs: Option<&Channel>) {
+    if let (Some(ours), Some(theirs)) = (ours, theirs) {
+        *ours = *theirs;
     }
 }
 
 #[inline(always)]
 fn join(high: u32, low: u32) -> u64 {
     u64::from(high) << 32 | u64::from(low)
-}
-
-/// The accumulator of a motor that turns round: the complement, held back so that the first carry leaves `wait` ticks.
-///
-/// The foreground keeps `wait * inc` below 2^32, so neither product nor difference wraps.
-#[inline(always)]
-pub(super) fn reversed_accumulator(acc: u32, inc: u32, wait: u16) -> u32 {
-    let latest = u32::MAX.wrapping_sub(u32::from(wait).wrapping_mul(inc));
-    (!acc).min(latest)
 }
 
 const fn kept(mode: StepMode) -> u32 {

@@ -11,7 +11,8 @@
 //!
 //! [`Segment`] is the whole contract between the foreground and the interrupt. The interrupt never counts steps: the
 //! number of the segment and of the tick within it are enough, because the foreground knows every accumulator by
-//! arithmetic. Source of the rule: Li & Chen, *Research on kinematic synthesis of a robot manipulator for drill
+//! arithmetic. That is also why a segment says where the accumulators begin: a motor that turns round, or waits for its
+//! direction to be set up, costs the interrupt nothing. Source of the rule: Li & Chen, *Research on kinematic synthesis of a robot manipulator for drill
 //! grinding*, section 3.1; everything else is described in spec `interpolation.md`.
 
 pub mod counts;
@@ -44,30 +45,48 @@ pub type Mask = u8;
 pub struct Segment<const N: usize> {
     /// Ticks in this segment, at least 1.
     pub ticks: u16,
-    /// Ticks that a reversed motor lets pass before its first step (direction set-up time).
-    pub wait: u16,
-    /// Timer counts per tick.
-    pub period: u32,
+    /// What the queue may do behind it.
+    pub kind: Kind,
     /// Direction of each motor: a set bit means towards negative.
     pub directions: Mask,
-    /// Motors whose direction differs from the segment before: their accumulators are complemented.
-    pub reversed: Mask,
-    /// What the increments mean.
-    pub kind: Kind,
-    /// Steps per tick in units of 2^-32, at most 2^31 in pulse mode. `u32::MAX` stands for a step at every tick: the
-    /// carry comes at each as long as the accumulator is not below the ticks of the segment.
-    pub increments: [u32; N],
+    /// Timer counts per tick; the first tick has yet the length of those before.
+    pub period: u32,
+    /// Where each motor begins and how fast it goes.
+    pub channels: [Channel; N],
 }
 
-/// What a segment does with its increments.
+/// One motor of a segment. Accumulator and increment side by side, because one load fetches both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct Channel {
+    /// Where the accumulator begins. The foreground knows where the segment before has left it: there, or turned round,
+    /// held back, preset. So no tick has to do any of that.
+    pub accumulator: u32,
+    /// Steps per tick in units of 2^-32, at most 2^31 in pulse mode. `u32::MAX` stands for a step at every tick: the
+    /// carry comes at each as long as the accumulator is not below the ticks of the segment.
+    pub increment: u32,
+}
+
+impl Channel {
+    /// No motion.
+    pub const fn at(accumulator: u32) -> Self {
+        Self {
+            accumulator,
+            increment: 0,
+        }
+    }
+}
+
+/// An accumulator at rest: half a step from either edge (interpolation.md section 3).
+pub const AT_REST: u32 = 1 << 31;
+
+/// What may come behind a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Motion at these increments; running dry behind it is starvation.
+    /// More motion: running dry behind it is starvation.
     Motion,
-    /// Motors at rest at these increments (all zero); the queue may run dry behind it.
+    /// Anything: the motors rest (all increments are zero), and the queue may run dry.
     Rest,
-    /// The increments are put into the accumulators and the motors rest: how a line of counts gets its preset.
-    Preset,
 }
 
 /// When the step pins change.

@@ -8,6 +8,8 @@ use core::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 
 /// The pins of the motors, as the step interrupt sees them: levels in, nothing out, no way to fail.
+///
+/// A tick that does both puts out the levels first. No direction changes in the tick of a step of its own motor.
 pub trait StepPort {
     /// Puts out the levels of all step pins; bit i is motor i, a set bit is the active level.
     fn emit(&mut self, levels: u32);

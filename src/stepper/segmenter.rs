@@ -19,8 +19,8 @@
 //! segment ticks at the floor and all ratios are plain `d / ticks`. (interpolation.md section 3.)
 #![deny(clippy::float_arithmetic)]
 
-use super::interpolator::{AT_REST, Instant, reversed_accumulator};
-use super::{Kind, Mask, Segment, SegmentSender, Timing};
+use super::interpolator::Instant;
+use super::{AT_REST, Channel, Kind, Mask, Segment, SegmentSender, Timing};
 use fixed::types::I32F32;
 
 /// Segments that one [`Segmenter::advance`] may need: a stretch before a reversal, and two periods.
@@ -49,8 +49,6 @@ pub struct Stance {
     count: i32,
     accumulator: u32,
     negative: bool,
-    /// Timer counts since its last step, saturating.
-    since_step: u32,
 }
 
 impl Stance {
@@ -59,7 +57,6 @@ impl Stance {
             count,
             accumulator: AT_REST,
             negative: false,
-            since_step: u32::MAX,
         }
     }
 
@@ -77,28 +74,69 @@ impl Stance {
         I32F32::from_bits(self.total() - HALF)
     }
 
-    /// The motor turns round before a segment with increment `inc`.
-    fn reverse(&mut self, inc: u32, wait: u16) {
+    /// The motor turns round where it is: the complement of the accumulator says the same position the other way.
+    fn turn(&mut self) {
         self.negative = !self.negative;
-        self.accumulator = reversed_accumulator(self.accumulator, inc, wait);
+        self.accumulator = !self.accumulator;
     }
 
-    /// What a segment does to this motor.
-    fn run(&mut self, inc: u32, ticks: u16, period: u32) {
+    /// The first `ticks` >= 1 ticks at this increment make no step: a motor that would step earlier loses the way that
+    /// it is ahead, and the next sample makes up for it.
+    fn hold_back(&mut self, ticks: u32, increment: &mut u32) {
+        *increment = (*increment).min(u32::MAX / ticks);
+        self.accumulator = self.accumulator.min(u32::MAX - ticks * *increment);
+    }
+
+    /// What a segment does to this motor; whether it steps.
+    fn run(&mut self, inc: u32, ticks: u16) -> bool {
         // 2^32 + 2^32 * 2^16 stays below 2^64.
         let sum = u64::from(self.accumulator) + u64::from(inc) * u64::from(ticks);
         self.accumulator = sum as u32;
         let steps = (sum >> 32) as i32;
-        self.since_step = match self.accumulator.checked_div(inc) {
-            // The ticks since the carry have added what is in the accumulator now.
-            Some(ticks_since) if steps > 0 => ticks_since.saturating_mul(period),
-            _ => self
-                .since_step
-                .saturating_add(u32::from(ticks).saturating_mul(period)),
-        };
         self.count = self
             .count
             .wrapping_add(if self.negative { -steps } else { steps });
+        steps != 0
+    }
+}
+
+/// How long the pins of one motor have stood when the next segment is loaded [timer counts]: never more than the truth,
+/// saturating.
+///
+/// ```text
+///  tick:    load A     |          |          | load B     |          |
+///  length:      before     A          A          A            B           the reload acts one tick late
+///           turn       first step of A ...     last of A   first of B
+/// ```
+#[derive(Clone, Copy)]
+struct Since {
+    /// Since the last step, which comes out one tick after its carry.
+    step: u32,
+    /// Since the direction changed, counted from one tick behind it up to the first instant at which the next segment
+    /// can step: the tick itself is left to the time that the handler takes from step pins to direction pins.
+    turn: u32,
+}
+
+impl Since {
+    const LONG_AGO: Self = Self {
+        step: u32::MAX,
+        turn: u32::MAX,
+    };
+    const NOW: Self = Self { step: 0, turn: 0 };
+
+    /// A segment has been sent, and left `motor` behind; `first` is the length of its first tick, that of the segment
+    /// before.
+    fn pass(&mut self, segment: (u16, u32), first: u32, motor: &Stance, inc: u32, steps: bool) {
+        let (ticks, period) = (u32::from(segment.0), segment.1);
+        self.step = match motor.accumulator.checked_div(inc) {
+            // The ticks since the carry have added what is in the accumulator now.
+            Some(since) if steps => since.saturating_mul(period),
+            _ => (ticks - 1)
+                .saturating_mul(period)
+                .saturating_add(first)
+                .saturating_add(self.step),
+        };
+        self.turn = self.turn.saturating_add(ticks.saturating_mul(period));
     }
 }
 
@@ -121,6 +159,9 @@ struct Plan<const N: usize> {
 pub struct Segmenter<const N: usize> {
     timing: Timing,
     motors: [Stance; N],
+    since: [Since; N],
+    /// Period of the last segment, which the first tick of the next one still has.
+    period: u32,
     /// The last sample's target, and the way to it from the one before.
     commanded: ([I32F32; N], [i64; N]),
     /// Wanted time not yet spent [timer counts]; negative when ahead.
@@ -146,6 +187,8 @@ impl<const N: usize> Segmenter<N> {
         Self {
             timing,
             motors: start,
+            since: [Since::LONG_AGO; N],
+            period: timing.floor_period,
             commanded: ([I32F32::ZERO; N], [0; N]),
             time_owed: 0,
             sent: 0,
@@ -210,6 +253,9 @@ impl<const N: usize> Segmenter<N> {
         if let Some(motors) = self.stances_at(instant) {
             self.motors = motors;
         }
+        // They may have stepped and turned just now; the ticks since then are those at rest.
+        self.since = [Since::NOW; N];
+        self.period = self.timing.floor_period;
         self.sent = instant.sequence;
         self.time_owed = 0;
         self.settle(queue);
@@ -292,12 +338,10 @@ impl<const N: usize> Segmenter<N> {
 
         let mut segment = Segment {
             ticks: 1,
-            wait: 0,
-            period: timing.floor_period,
-            directions: self.directions(),
-            reversed: 0,
             kind: Kind::Motion,
-            increments: [0; N],
+            directions: self.directions(),
+            period: timing.floor_period,
+            channels: [Channel::at(0); N],
         };
         let counts = if exact {
             self.exact_ratios(&mut segment, &way, longest, shift, tau, constant)
@@ -311,21 +355,12 @@ impl<const N: usize> Segmenter<N> {
         segment.period = (counts / ticks).max(timing.least_period);
         let longer = counts.saturating_sub(segment.period * ticks).min(ticks - 1) as u16;
 
-        // First step at the earliest when the direction has been set up, and never in the tick right behind a step.
-        let wait = timing
-            .setup
-            .div_ceil(segment.period)
-            .clamp(1, u32::from(u16::MAX) - 1) as u16;
         for (i, d) in way.iter().enumerate() {
             let negative = *d < 0;
             if *d != 0 && negative != self.motors[i].negative {
-                segment.reversed |= 1 << i;
                 segment.directions ^= 1 << i;
-                // Keeps wait * inc below 2^32, as the interrupt needs it.
-                segment.increments[i] = segment.increments[i].min(u32::MAX / u32::from(wait));
             }
         }
-        segment.wait = wait;
         Plan { segment, longer }
     }
 
@@ -365,10 +400,10 @@ impl<const N: usize> Segmenter<N> {
         for (i, d) in way.iter().enumerate() {
             let d = d.unsigned_abs();
             if d >= equal && d != 0 {
-                segment.increments[i] = top;
+                segment.channels[i].increment = top;
             } else {
                 let inc = ((u128::from(d) * u128::from(reciprocal)) >> 46) as u64;
-                segment.increments[i] = inc.min(u64::from(top)) as u32;
+                segment.channels[i].increment = inc.min(u64::from(top)) as u32;
             }
         }
         if constant {
@@ -394,7 +429,7 @@ impl<const N: usize> Segmenter<N> {
         segment.ticks = ticks as u16;
         for (i, d) in way.iter().enumerate() {
             let inc = (d.unsigned_abs() + ticks / 2) / ticks;
-            segment.increments[i] = inc.min(1 << 31) as u32;
+            segment.channels[i].increment = inc.min(1 << 31) as u32;
         }
     }
 
@@ -406,36 +441,54 @@ impl<const N: usize> Segmenter<N> {
         queue: &mut SegmentSender<'_, N>,
     ) -> Option<Plan<N>> {
         let segment = plan.segment;
-        let mut missing = 0;
-        for (i, motor) in self.motors.iter().enumerate() {
-            if segment.reversed >> i & 1 != 0 {
-                missing = missing.max(self.timing.hold.saturating_sub(motor.since_step));
+        let mut held = segment.directions ^ self.directions();
+        for i in 0..N {
+            if self.hold_missing(i) == 0 {
+                held &= !(1 << i);
             }
         }
+        let missing = self.hold_ticks(held, segment.period);
         if missing == 0 {
             return Some(plan);
         }
-        let stretch = missing
-            .div_ceil(segment.period)
-            .min(u32::from(segment.ticks)) as u16;
+        let stretch = missing.min(u32::from(segment.ticks)) as u16;
         let mut first = segment;
         first.ticks = stretch;
-        first.directions = self.directions();
-        for i in 0..N {
-            if segment.reversed >> i & 1 != 0 {
-                first.increments[i] = 0;
+        first.directions ^= held;
+        for (i, channel) in first.channels.iter_mut().enumerate() {
+            if held >> i & 1 != 0 {
+                channel.increment = 0;
             }
         }
-        first.reversed = 0;
         self.send(first, queue);
         let left = segment.ticks - stretch;
-        (left > 0).then_some(Plan {
+        (left > 0).then(|| Plan {
             segment: Segment {
                 ticks: left,
                 ..segment
             },
             longer: plan.longer.min(left - 1),
         })
+    }
+
+    /// Timer counts for which the direction of motor i must still be held. At least one behind a step, so that no pin
+    /// of a motor changes together with another.
+    fn hold_missing(&self, i: usize) -> u32 {
+        self.timing.hold.max(1).saturating_sub(self.since[i].step)
+    }
+
+    /// Ticks at `period` after which the directions of these motors may change, if none of them steps.
+    pub(super) fn hold_ticks(&self, motors: Mask, period: u32) -> u32 {
+        let missing = (0..N)
+            .filter(|i| motors >> i & 1 != 0)
+            .map(|i| self.hold_missing(i))
+            .max()
+            .unwrap_or(0);
+        match missing {
+            0 => 0,
+            // The first tick has the length of those before.
+            _ => 1 + missing.saturating_sub(self.period).div_ceil(period),
+        }
     }
 
     /// Sends a planned segment so that it ends in time: whole counts a tick add up to as much as half a count for each
@@ -462,7 +515,6 @@ impl<const N: usize> Segmenter<N> {
                 Segment {
                     ticks: longer,
                     period,
-                    reversed: 0,
                     ..segment
                 },
                 queue,
@@ -474,12 +526,10 @@ impl<const N: usize> Segmenter<N> {
     fn rest(&mut self, queue: &mut SegmentSender<'_, N>) {
         let segment = Segment {
             ticks: 1,
-            wait: 0,
-            period: self.timing.floor_period,
-            directions: self.directions(),
-            reversed: 0,
             kind: Kind::Rest,
-            increments: [0; N],
+            directions: self.directions(),
+            period: self.timing.floor_period,
+            channels: [Channel::at(0); N],
         };
         self.send(segment, queue);
         self.time_owed = 0;
@@ -510,16 +560,19 @@ impl<const N: usize> Segmenter<N> {
         queue: &mut SegmentSender<'_, N>,
     ) {
         for (i, motor) in self.motors.iter_mut().enumerate() {
-            motor.negative = directions >> i & 1 != 0;
+            let negative = directions >> i & 1 != 0;
+            if negative != motor.negative {
+                motor.turn();
+                self.since[i].turn = 0;
+            }
+            motor.accumulator = accumulators[i];
         }
         let segment = Segment {
             ticks,
-            wait: 0,
-            period,
+            kind: Kind::Rest,
             directions,
-            reversed: 0,
-            kind: Kind::Preset,
-            increments: accumulators,
+            period,
+            channels: [Channel::at(0); N],
         };
         self.send(segment, queue);
     }
@@ -531,38 +584,46 @@ impl<const N: usize> Segmenter<N> {
             .fold(0, |mask, (i, m)| mask | u8::from(m.negative) << i)
     }
 
-    /// Timer counts for which the directions must still be held.
-    pub(super) fn hold_missing(&self) -> u32 {
-        self.motors
-            .iter()
-            .map(|m| self.timing.hold.saturating_sub(m.since_step))
-            .max()
-            .unwrap_or(0)
-    }
-
-    /// Enters a segment in the books and queues it. The caller has made sure of the room.
-    pub(super) fn send(&mut self, segment: Segment<N>, queue: &mut SegmentSender<'_, N>) {
-        let mut increments = segment.increments;
-        for (i, motor) in self.motors.iter_mut().enumerate() {
-            if segment.kind == Kind::Preset {
-                motor.accumulator = segment.increments[i];
-                increments[i] = 0;
-            } else if segment.reversed >> i & 1 != 0 {
-                motor.reverse(segment.increments[i], segment.wait);
+    /// Enters a segment in the books and queues it: motors whose direction differs turn round, none steps before its
+    /// direction has been set up, and the accumulators begin as the books have them. The caller has made sure of the
+    /// room.
+    pub(super) fn send(&mut self, mut segment: Segment<N>, queue: &mut SegmentSender<'_, N>) {
+        let turning = segment.directions ^ self.directions();
+        let ticks = u32::from(segment.ticks);
+        for i in 0..N {
+            let (motor, since) = (&mut self.motors[i], &mut self.since[i]);
+            let channel = &mut segment.channels[i];
+            let mut wait = 0;
+            if turning >> i & 1 != 0 {
+                motor.turn();
+                since.turn = 0;
+                // Never in the tick right behind a step.
+                wait = 1;
             }
+            let missing = self.timing.setup.saturating_sub(since.turn);
+            if missing > 0 {
+                wait = missing.div_ceil(segment.period);
+            }
+            if wait > 0 {
+                motor.hold_back(wait.min(ticks), &mut channel.increment);
+            }
+            channel.accumulator = motor.accumulator;
         }
         self.sent = self.sent.wrapping_add(1);
         if let Some(entry) = self.memory.get_mut(self.sent as usize % REMEMBERED) {
             *entry = Entry {
                 ticks: segment.ticks,
-
                 start: self.motors,
-                increments,
+                increments: segment.channels.map(|channel| channel.increment),
             };
         }
-        for (i, motor) in self.motors.iter_mut().enumerate() {
-            motor.run(increments[i], segment.ticks, segment.period);
+        let span = (segment.ticks, segment.period);
+        for i in 0..N {
+            let inc = segment.channels[i].increment;
+            let steps = self.motors[i].run(inc, segment.ticks);
+            self.since[i].pass(span, self.period, &self.motors[i], inc, steps);
         }
+        self.period = segment.period;
         self.time_owed -= i64::from(segment.ticks) * i64::from(segment.period);
         let sent = queue.enqueue(segment);
         debug_assert!(sent.is_ok(), "the caller makes room");
@@ -579,7 +640,7 @@ impl<const N: usize> Segmenter<N> {
         let done = u32::from(entry.ticks).saturating_sub(instant.remaining) as u16;
         let mut motors = entry.start;
         for (i, motor) in motors.iter_mut().enumerate() {
-            motor.run(entry.increments[i], done, 1);
+            motor.run(entry.increments[i], done);
         }
         Some(motors)
     }

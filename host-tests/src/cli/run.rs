@@ -224,7 +224,7 @@ pub fn run_each(request: &Request, jobs: &[Delivered]) -> u8 {
 }
 
 /// Lines of a summary that a card shows.
-const CARD_LINES: usize = 7;
+const CARD_LINES: usize = 9;
 /// A larger picture would make the page slow.
 const LARGEST_PICTURE: usize = 400_000;
 
@@ -365,6 +365,7 @@ fn write_results<const N: usize>(
     let counted: Vec<String> = names
         .iter()
         .zip(steps)
+        .filter(|(name, _)| !name.is_empty())
         .map(|(name, n)| format!("{name} {n}"))
         .collect();
     lines.push(format!("         steps in them: {}", counted.join("  ")));

@@ -5,6 +5,7 @@
 
 use super::reader::{Kind, Table};
 use super::{JobError, Places};
+use fixed::types::I32F32;
 use hexstep::planner::{LONGEST_RISE, MOST_ACCELERATION, MOST_JERK, WEIGHT_RATIO};
 use hexstep::stepper::Timing;
 
@@ -18,6 +19,9 @@ pub const FIRST_TURNING: usize = 3;
 pub fn unit(motor: usize) -> &'static str {
     if motor < FIRST_TURNING { "mm" } else { "deg" }
 }
+
+/// Parts of a step that a line tells: four digits behind the point.
+pub const STEP_PARTS: u32 = 10_000;
 
 /// What one motor can do, in the unit of its joint (mm or degrees).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,10 +39,17 @@ pub struct AxisLimits {
 }
 
 impl AxisLimits {
-    /// The whole step nearest to `x` [unit]; `None` beyond the range of a step counter.
-    pub fn steps_at(&self, x: f64) -> Option<i32> {
-        let steps = (x * self.steps_per_unit).round();
-        (steps.abs() < f64::from(i32::MAX)).then_some(steps as i32)
+    /// Steps at `x` [unit], to the ten-thousandth of one that a line tells; `None` beyond the range of a step counter.
+    pub fn steps_at(&self, x: f64) -> Option<I32F32> {
+        let steps = x * self.steps_per_unit;
+        if steps.is_nan() || steps.abs() >= f64::from(i32::MAX) {
+            return None;
+        }
+        // As the machine reads the decimal number: the nearest 2^-32.
+        let told = (steps * f64::from(STEP_PARTS)).round() as i128;
+        let parts = i128::from(STEP_PARTS);
+        let bits = ((told.abs() << 32) + parts / 2) / parts;
+        Some(I32F32::from_bits((bits * told.signum()) as i64))
     }
 
     /// Ends of the travel as the machine knows them [steps].
@@ -54,6 +65,8 @@ impl AxisLimits {
 pub struct Contour {
     /// [mm]; 0 stops at every corner.
     pub tolerance: f64,
+    /// [mm]; the same for corners of two rapids, if it is more.
+    pub rapid_tolerance: f64,
     /// Distance of the tool from the axes of the turning joints [mm].
     pub lever: f64,
     /// Share of every limit that is kept for trims, 0 ..= 0.5.
@@ -100,6 +113,7 @@ pub(super) const CONTOUR: &[&str] = &["lever", "trim_share", "trim"];
 const JERK: f64 = 40_000.0;
 const LEVER: f64 = 150.0;
 const TOLERANCE: f64 = 0.01;
+const RAPID_TOLERANCE: f64 = 0.5;
 const TRIM: f64 = 0.1;
 
 /// `[machine]`: one number for each motor and key. `jerk` may be left out.
@@ -113,6 +127,42 @@ pub(super) fn read_axes(
     places: &Places,
 ) -> Result<[AxisLimits; 6], JobError> {
     read_joints(machine, std::array::from_fn(unit), timing, places)
+}
+
+/// The same for a path whose table names `joints`: one number for each of the six motors, or one for each of these. The
+/// others stand still then, within a travel of a unit.
+pub(super) fn read_axes_of(
+    joints: &[usize],
+    machine: &Table<'_>,
+    timing: &Timing,
+    places: &Places,
+) -> Result<[AxisLimits; 6], JobError> {
+    if machine.length("steps_per_unit") == Some(MOTORS.len()) {
+        return read_axes(machine, timing, places);
+    }
+    macro_rules! some {
+        ($count:literal) => {{
+            let units: [&str; $count] = std::array::from_fn(|i| unit(joints[i]));
+            read_joints(machine, units, timing, places)?.to_vec()
+        }};
+    }
+    let own = match joints.len() {
+        1 => some!(1),
+        2 => some!(2),
+        3 => some!(3),
+        4 => some!(4),
+        5 => some!(5),
+        _ => return read_axes(machine, timing, places),
+    };
+    Ok(std::array::from_fn(|motor| {
+        match joints.iter().position(|joint| *joint == motor) {
+            Some(place) => own[place],
+            None => AxisLimits {
+                travel: (-1.0, 1.0),
+                ..own[0]
+            },
+        }
+    }))
 }
 
 /// The same for a machine of `N` joints with other units, mm or deg.
@@ -187,7 +237,7 @@ pub(super) fn read_joints<const N: usize>(
     }))
 }
 
-/// `lever`, `trim_share` and `trim` of `[machine]`, and `tolerance` of the path's table; all may be left out.
+/// `lever`, `trim_share` and `trim` of `[machine]`, `tolerance` and `rapid_tolerance` of the path's table; all may be left out.
 ///
 /// # Errors
 /// `OutOfRange`; `Contradictory` where a step of one joint carries the tool a million times as far as one of another.
@@ -199,6 +249,11 @@ pub(super) fn read_contour(
 ) -> Result<Contour, JobError> {
     let contour = Contour {
         tolerance: path.number_or("tolerance", TOLERANCE, Kind::between(0.0, 10.0, "mm"))?,
+        rapid_tolerance: path.number_or(
+            "rapid_tolerance",
+            RAPID_TOLERANCE,
+            Kind::between(0.0, 10.0, "mm"),
+        )?,
         lever: machine.number_or("lever", LEVER, Kind::between(0.001, 10_000.0, "mm"))?,
         trim_share: machine.number_or("trim_share", 0.0, Kind::between(0.0, 0.5, ""))?,
         trim: if machine.has("trim") {

@@ -16,6 +16,7 @@ const LATEST: i64 = 86_400_000;
 /// a hold that nothing ends and a trim for which no share of the limits is kept.
 pub(super) fn read_cues(
     root: &Table<'_>,
+    names: &[String; 6],
     axes: &[AxisLimits; 6],
     contour: &Contour,
     places: &Places,
@@ -63,7 +64,11 @@ pub(super) fn read_cues(
             2 => Action::Feed(percent(10.0, 200.0)?),
             3 => Action::Rapid(percent(5.0, 100.0)?),
             4 => {
-                let motor = table.word("motor", &MOTORS)?;
+                // By the names of the path's own joints, or those of the motors.
+                let own = names.iter().map(String::as_str);
+                let others = MOTORS.iter().copied().filter(|_| names[..] != MOTORS[..]);
+                let known: Vec<&str> = own.chain(others).collect();
+                let motor = table.word("motor", &known)? % MOTORS.len();
                 if contour.trim_share <= 0.0 {
                     let detail = "a trim needs a share of the motors' limits; set trim_share in [machine], such as 0.1";
                     return refuse("action", "Contradictory", detail.into());

@@ -243,14 +243,20 @@ impl Job {
         })
     }
 
-    /// What the six motors are called.
+    /// What the six motors are called; nothing where the job has none.
     pub fn motor_names(&self) -> [String; 6] {
         match self.machine() {
             Some(machine) => {
                 let name = |i: usize| machine.joints.get(i).map(|joint| joint.name.clone());
-                std::array::from_fn(|i| name(i).unwrap_or_else(|| format!("motor{}", i + 1)))
+                std::array::from_fn(|i| name(i).unwrap_or_default())
             }
-            None => MOTORS.map(String::from),
+            None => match &self.task {
+                Task::Path(path) => std::array::from_fn(|i| match path.joints.contains(&i) {
+                    true => path.names[i].clone(),
+                    false => String::new(),
+                }),
+                _ => MOTORS.map(String::from),
+            },
         }
     }
 

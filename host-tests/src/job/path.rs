@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! points | [[point]] | file.csv | shape  -> PathPoint       points.rs
-//!        -> whole steps within the travel, least durations  -> Block
+//!        -> steps within the travel, least durations        -> Block
 //! ```
 
 use super::axes::{
-    AXES, AxisLimits, CONTOUR, Contour, FIRST_TURNING, MOTORS, read_axes, read_contour, unit,
+    AXES, AxisLimits, CONTOUR, Contour, FIRST_TURNING, MOTORS, read_axes_of, read_contour, unit,
 };
 use super::csv::Csv;
 use super::cues::read_cues;
@@ -14,12 +14,19 @@ use super::points::{LONGEST_DWELL, MOST_POINTS, Pace, PathPoint, Row, circle, re
 use super::reader::{Kind, Table};
 use super::shaping::{SHAPING, Shaping};
 use super::{Job, JobError, Place, Places};
+use fixed::types::I32F32;
+use hexstep::joints::whole_steps;
 use hexstep::protocol::cue::{Action, Cue};
 use hexstep::stepper::Timing;
+use std::ops::Range;
 
 /// A path of joints. It begins where the machine stands: all joints at 0.
 #[derive(Clone, Debug)]
 pub struct PathJob {
+    /// What the job calls the motors: the columns of its table, else their own names.
+    pub names: [String; 6],
+    /// The motors that the job has: those of its table's columns, else all.
+    pub joints: Vec<usize>,
     pub axes: [AxisLimits; 6],
     pub contour: Contour,
     pub shaping: Shaping,
@@ -33,9 +40,11 @@ pub struct PathJob {
 /// A straight move to a point, as the machine is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
-    /// The point, on whole steps.
-    pub steps: [i32; 6],
-    /// Way of the joints that the feed counts for [mm, or deg where only joints that turn move].
+    /// The point [steps]; on whole ones where the path rests.
+    pub steps: [I32F32; 6],
+    /// Whether the feed counts for the joints that slide; else for those that turn.
+    pub slides: bool,
+    /// Their way [mm, or deg].
     pub length: f64,
     /// Least time of the move [s]; 0 for a rapid.
     pub duration: f64,
@@ -56,6 +65,9 @@ enum Origin {
     },
 }
 
+/// Share of the way of the joints that turn, at the tool, below which those that slide hardly move.
+const HARDLY: f64 = 1e-4;
+
 /// Longest time that a job may ask for: a day [s].
 const LONGEST: f64 = 86_400.0;
 
@@ -69,6 +81,7 @@ impl PathJob {
         machine.known(&[AXES, CONTOUR, SHAPING].concat())?;
         path.known(&[
             "tolerance",
+            "rapid_tolerance",
             "feed",
             "inverse_time",
             "rapid",
@@ -76,13 +89,29 @@ impl PathJob {
             "file",
             "shape",
         ])?;
-        let axes = read_axes(&machine, timing, places)?;
-        let contour = read_contour(&machine, &path, &axes, places)?;
         let pace = read_pace(&path, "path", places)?;
-        let (points, origin) = read_points(root, &path, pace, places)?;
+        let Points {
+            points,
+            origin,
+            names,
+            mut joints,
+        } = read_points(root, &path, pace, places)?;
+        let axes = read_axes_of(&joints, &machine, timing, places)?;
+        let contour = read_contour(&machine, &path, &axes, places)?;
+        let shaping = Shaping::read(&joints, &names, &machine, places)?;
+        let cues = read_cues(root, &names, &axes, &contour, places)?;
+        for cue in &cues {
+            if let Action::Trim { motor, .. } = cue.action {
+                joints.push(motor);
+            }
+        }
+        joints.sort_unstable();
+        joints.dedup();
         let mut job = Self {
-            cues: read_cues(root, &axes, &contour, places)?,
-            shaping: Shaping::read(&machine, places)?,
+            shaping,
+            names,
+            joints,
+            cues,
             axes,
             contour,
             points,
@@ -95,7 +124,7 @@ impl PathJob {
 
     /// The motors that the path moves.
     pub fn moves(&self) -> [bool; 6] {
-        let (mut moves, mut from) = ([false; 6], [0; 6]);
+        let (mut moves, mut from) = ([false; 6], [I32F32::ZERO; 6]);
         for block in &self.blocks {
             for (motor, moves) in moves.iter_mut().enumerate() {
                 *moves |= block.steps[motor] != from[motor];
@@ -103,6 +132,23 @@ impl PathJob {
             from = block.steps;
         }
         moves
+    }
+
+    /// Whole steps where the path ends.
+    pub fn end(&self) -> Option<[i32; 6]> {
+        self.blocks.last().map(|block| whole_steps(&block.steps))
+    }
+
+    /// How far the contour may leave the path [mm]: by the tolerance of rapids where two of them follow each other (the first
+    /// behind a feed may less; that is not told apart here).
+    pub fn tolerance(&self) -> f64 {
+        let rapid = |block: &Block| block.duration == 0.0;
+        let contour = &self.contour;
+        if self.blocks.windows(2).any(|pair| pair.iter().all(rapid)) {
+            contour.tolerance.max(contour.rapid_tolerance)
+        } else {
+            contour.tolerance
+        }
     }
 
     /// One step of all motors that move, as a length at the tool [mm].
@@ -113,6 +159,11 @@ impl PathJob {
     /// Whether an operator's cue drops the rest of the path, and whether one moves motors off it.
     pub fn is_stopped(&self) -> bool {
         self.has_cue(|action| matches!(action, Action::Stop))
+    }
+
+    /// Whether one lets motors rest where no point is, and so between steps.
+    pub fn rests_anywhere(&self) -> bool {
+        self.has_cue(|action| matches!(action, Action::Hold | Action::Stop))
     }
 
     pub fn is_trimmed(&self) -> bool {
@@ -156,19 +207,20 @@ impl PathJob {
                     line: *line,
                     column: 1,
                 }),
-                key: motor.map(|motor| MOTORS[motor].into()),
+                key: motor.map(|motor| self.names[motor].clone()),
                 name,
                 detail,
             },
         }
     }
 
-    /// Whole steps and durations of all moves.
+    /// Steps and durations of all moves.
     fn to_blocks(&self, places: &Places) -> Result<Vec<Block>, JobError> {
         let mut blocks = Vec::with_capacity(self.points.len());
-        let (mut from, mut from_steps, mut time) = ([0.0; 6], [0i32; 6], 0.0);
+        let (mut from, mut from_steps, mut time) = ([0.0; 6], [I32F32::ZERO; 6], 0.0);
         for (index, point) in self.points.iter().enumerate() {
-            let mut steps = [0; 6];
+            let rests = point.dwell > 0.0 || index + 1 == self.points.len();
+            let mut steps = [I32F32::ZERO; 6];
             for motor in 0..6 {
                 let refuse = |name: &'static str, detail: String| {
                     Err(self.refuse(places, index, Some(motor), name, detail))
@@ -182,23 +234,25 @@ impl PathJob {
                     return refuse("OutOfRange", detail);
                 };
                 let (lower, upper) = axis.travel_steps();
-                if here < lower || here > upper {
+                let [nearest] = whole_steps(&[here]);
+                if nearest < lower || nearest > upper {
                     let detail = format!(
                         "{} would go to {at} {}, beyond its travel of {} to {}; widen travel if the machine allows it, or change the point",
-                        MOTORS[motor],
+                        self.names[motor],
                         unit(motor),
                         axis.travel.0,
                         axis.travel.1
                     );
                     return refuse("OutOfTravel", detail);
                 }
-                if i64::from(here).abs_diff(from_steps[motor].into()) > i32::MAX as u64 {
+                let here = if rests { nearest.into() } else { here };
+                if here.checked_sub(from_steps[motor]).is_none() {
                     let detail = "a move of more than 2^31 - 1 steps is not possible; put a point in between";
                     return refuse("OutOfRange", detail.into());
                 }
                 steps[motor] = here;
             }
-            let block = self.block(&from, &from_steps, point, steps);
+            let block = self.block(&from, point, steps);
             // No motor takes less time than its own speed gives, whatever is programmed.
             let slowest = (0..6)
                 .map(|motor| (point.at[motor] - from[motor]).abs() / self.axes[motor].max_rate)
@@ -216,16 +270,15 @@ impl PathJob {
         Ok(blocks)
     }
 
-    /// One move. A feed counts along the joints that slide if any of them makes a step, so that a slide that hardly
-    /// moves does not rush those that turn; else along those that turn.
-    fn block(
-        &self,
-        from: &[f64; 6],
-        from_steps: &[i32; 6],
-        point: &PathPoint,
-        steps: [i32; 6],
-    ) -> Block {
-        let slides = (0..FIRST_TURNING).any(|motor| steps[motor] != from_steps[motor]);
+    /// One move. A feed counts along the joints that slide, unless they hardly move beside those that turn: it must not rush
+    /// these. How short a move is, or how fine a step, does not matter.
+    fn block(&self, from: &[f64; 6], point: &PathPoint, steps: [I32F32; 6]) -> Block {
+        let weights = self.contour.weights();
+        let way = |motors: Range<usize>| {
+            let squares = motors.map(|i| (weights[i] * (point.at[i] - from[i])).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        let slides = way(0..FIRST_TURNING) > HARDLY * way(FIRST_TURNING..6);
         let counted = if slides {
             0..FIRST_TURNING
         } else {
@@ -240,6 +293,7 @@ impl PathJob {
         };
         Block {
             steps,
+            slides,
             length,
             duration,
         }
@@ -271,13 +325,33 @@ fn read_pace(table: &Table<'_>, path: &str, places: &Places) -> Result<Option<Pa
     Ok(pace)
 }
 
+/// Points, where they come from, and what their joints are called.
+struct Points {
+    points: Vec<PathPoint>,
+    origin: Origin,
+    names: [String; 6],
+    joints: Vec<usize>,
+}
+
+impl Points {
+    /// Points of all motors under their own names.
+    fn of_all(points: Vec<PathPoint>, origin: Origin) -> Self {
+        Self {
+            points,
+            origin,
+            names: MOTORS.map(String::from),
+            joints: (0..MOTORS.len()).collect(),
+        }
+    }
+}
+
 /// The points from the one place where they are given.
 fn read_points(
     root: &Table<'_>,
     path: &Table<'_>,
     pace: Option<Pace>,
     places: &Places,
-) -> Result<(Vec<PathPoint>, Origin), JobError> {
+) -> Result<Points, JobError> {
     let sources = ["points", "file", "shape"];
     let mut given: Vec<String> = sources
         .iter()
@@ -313,12 +387,15 @@ fn read_points(
     match given.first().map(String::as_str) {
         Some("path.points") => {
             let at = path.rows::<6>("points", MOST_POINTS)?;
-            Ok((evenly(at)?, Origin::Array))
+            Ok(Points::of_all(evenly(at)?, Origin::Array))
         }
-        Some("path.shape") => Ok((evenly(read_shape(path, places)?)?, Origin::Shape)),
+        Some("path.shape") => {
+            let points = evenly(read_shape(path, places)?)?;
+            Ok(Points::of_all(points, Origin::Shape))
+        }
         Some("path.file") => {
             let csv = Csv::beside(places, "path.file", path.text("file")?)?;
-            let rows = read_csv(&csv)?;
+            let (rows, columns) = read_csv(&csv)?;
             let point = |row: &Row| {
                 let pace = paced(row.pace, "path.feed")?;
                 let (at, dwell) = (row.at, row.dwell);
@@ -326,13 +403,23 @@ fn read_points(
             };
             let points = rows.iter().map(point).collect::<Result<_, JobError>>()?;
             let lines = rows.iter().map(|row| row.line).collect();
-            Ok((
+            let mut names = MOTORS.map(String::from);
+            let mut joints: Vec<usize> = Vec::new();
+            for (motor, name) in columns {
+                names[motor] = name;
+                joints.push(motor);
+            }
+            joints.sort_unstable();
+            let origin = Origin::File {
+                file: csv.name,
+                lines,
+            };
+            Ok(Points {
                 points,
-                Origin::File {
-                    file: csv.name,
-                    lines,
-                },
-            ))
+                origin,
+                names,
+                joints,
+            })
         }
         Some(_) => {
             let mut points = Vec::new();
@@ -346,7 +433,7 @@ fn read_points(
                     dwell: table.number_or("dwell", 0.0, Kind::between(0.0, LONGEST_DWELL, "s"))?,
                 });
             }
-            Ok((points, Origin::Tables))
+            Ok(Points::of_all(points, Origin::Tables))
         }
         None => {
             let detail = "a path has no points; add points = [[...], ...], file or shape to [path], or tables [[point]]";

@@ -4,7 +4,8 @@
 //! for the feed of the block that ends in the point, `T` for its inverse time [1/min], `P` for a dwell behind it [s].
 //! Cells are set apart by commas; what follows a `#` is a comment. A joint without a column stays at 0; an empty cell
 //! says what the row before said of a joint, and the default of the path of everything else; the word `rapid` stands
-//! for a feed.
+//! for a feed. Reports call joints as the columns do, and `[machine]` may have as many numbers as there are such columns,
+//! in the order of the motors.
 
 use super::axes::MOTORS;
 use super::csv::{Csv, cells};
@@ -45,6 +46,9 @@ pub(super) struct Row {
     pub dwell: f64,
     pub line: usize,
 }
+
+/// A column of a joint: its motor, and its name.
+pub(super) type JointColumn = (usize, String);
 
 /// Points that a path may have.
 pub(super) const MOST_POINTS: usize = 1_000_000;
@@ -142,11 +146,11 @@ impl Csv {
     }
 }
 
-/// The points of a CSV file.
+/// The points of a CSV file, and its columns of joints.
 ///
 /// # Errors
 /// Everything that can be wrong with a cell, with its line and column.
-pub(super) fn read_csv(csv: &Csv) -> Result<Vec<Row>, JobError> {
+pub(super) fn read_csv(csv: &Csv) -> Result<(Vec<Row>, Vec<JointColumn>), JobError> {
     let mut lines = csv.lines();
     let Some((line, head)) = lines.next() else {
         let detail =
@@ -169,7 +173,13 @@ pub(super) fn read_csv(csv: &Csv) -> Result<Vec<Row>, JobError> {
         let detail = "no row follows the names of the columns; a path has at least one point";
         return Err(csv.refuse(place, None, "OutOfRange", detail.into()));
     }
-    Ok(rows)
+    let joints = columns
+        .into_iter()
+        .filter_map(|(column, name)| match column {
+            Column::Joint(motor) => Some((motor, name)),
+            _ => None,
+        });
+    Ok((rows, joints.collect()))
 }
 
 /// A circle in two joints, from the start of the path on: `chords` of them make a turn, and there are `count`.

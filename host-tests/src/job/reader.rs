@@ -503,6 +503,14 @@ impl<'a> Table<'a> {
         })
     }
 
+    /// Elements of an array; `None` where there is none.
+    pub fn length(&self, key: &str) -> Option<usize> {
+        match self.entries.get(key)?.get_ref() {
+            DeValue::Array(items) => Some(items.len()),
+            _ => None,
+        }
+    }
+
     /// An array of any numbers, as many as there are.
     pub fn list(&self, key: &str) -> Result<Vec<f64>, JobError> {
         let (span, value) = self.entry(key, "an array of numbers")?;

@@ -43,29 +43,89 @@ pub const SHAPERS: [&str; 4] = ["off", "zv", "zvd", "ei"];
 /// Default of the machine's own table of settings [Hz].
 const HZ: f64 = 25.0;
 
-impl Shaping {
-    /// All keys may be left out; `flexible` asks for `flexible_hz`.
-    pub(super) fn read(machine: &Table<'_>, places: &Places) -> Result<Self, JobError> {
-        let numbers = |key: &str, default: f64, kind: Kind| {
-            if machine.has(key) {
-                machine.numbers::<6>(key, kind)
-            } else {
-                Ok([default; 6])
+/// As many entries as there are motors in a list, each at its motor's place; the others get a default.
+macro_rules! spread {
+    ($motors:expr, $default:expr, $read:ident ($($argument:expr),*), $table:expr) => {{
+        let mut all = [$default; 6];
+        let mut put = |found: &[_]| {
+            for (motor, value) in $motors.iter().zip(found) {
+                all[*motor] = *value;
             }
         };
-        let damping = || Kind::between(0.0, MOST_DAMPING, "");
-        let kinds = if machine.has("shaper") {
-            machine.words::<6>("shaper", &SHAPERS)?
-        } else {
-            [0; 6]
+        match $motors.len() {
+            1 => put(&$table.$read::<1>($($argument),*)?),
+            2 => put(&$table.$read::<2>($($argument),*)?),
+            3 => put(&$table.$read::<3>($($argument),*)?),
+            4 => put(&$table.$read::<4>($($argument),*)?),
+            5 => put(&$table.$read::<5>($($argument),*)?),
+            _ => put(&$table.$read::<6>($($argument),*)?),
+        }
+        all
+    }};
+}
+
+fn numbers(
+    motors: &[usize],
+    machine: &Table<'_>,
+    key: &str,
+    default: f64,
+    kind: Kind,
+) -> Result<[f64; 6], JobError> {
+    if !machine.has(key) {
+        return Ok([default; 6]);
+    }
+    Ok(spread!(motors, default, numbers(key, kind), machine))
+}
+
+fn words(motors: &[usize], machine: &Table<'_>) -> Result<[usize; 6], JobError> {
+    if !machine.has("shaper") {
+        return Ok([0; 6]);
+    }
+    Ok(spread!(motors, 0, words("shaper", &SHAPERS), machine))
+}
+
+impl Shaping {
+    /// All keys may be left out; `flexible` asks for `flexible_hz`. `joints` are those of the path's table, `names` what it
+    /// calls the motors: as for the limits there is one entry for each of the six, or one for each of these.
+    pub(super) fn read(
+        joints: &[usize],
+        names: &[String; 6],
+        machine: &Table<'_>,
+        places: &Places,
+    ) -> Result<Self, JobError> {
+        let six: Vec<usize> = (0..MOTORS.len()).collect();
+        let own = match machine.length("steps_per_unit") {
+            Some(length) if length == joints.len() => joints,
+            _ => &six,
         };
-        let hz = numbers("shaper_hz", HZ, Kind::between(0.1, MOST_HZ, "Hz"))?;
-        let hz_2 = numbers("shaper_hz_2", 0.0, Kind::between(0.0, MOST_HZ, "Hz"))?;
-        let damping_1 = numbers("shaper_damping", 0.0, damping())?;
-        let damping_2 = numbers("shaper_damping_2", 0.0, damping())?;
+        let damping = || Kind::between(0.0, MOST_DAMPING, "");
+        let kinds = words(own, machine)?;
+        let hz = numbers(
+            own,
+            machine,
+            "shaper_hz",
+            HZ,
+            Kind::between(0.1, MOST_HZ, "Hz"),
+        )?;
+        let hz_2 = numbers(
+            own,
+            machine,
+            "shaper_hz_2",
+            0.0,
+            Kind::between(0.0, MOST_HZ, "Hz"),
+        )?;
+        let damping_1 = numbers(own, machine, "shaper_damping", 0.0, damping())?;
+        let damping_2 = numbers(own, machine, "shaper_damping_2", 0.0, damping())?;
         let flexible = if machine.has("flexible") {
+            // By the names of the path's own joints, or those of the motors.
+            let known: Vec<&str> = names.iter().map(String::as_str).chain(MOTORS).collect();
+            let known = if names[..] == MOTORS {
+                &MOTORS
+            } else {
+                &known[..]
+            };
             Some(FlexibleJoint {
-                motor: machine.word("flexible", &MOTORS)?,
+                motor: machine.word("flexible", known)? % MOTORS.len(),
                 hz: machine.number("flexible_hz", Kind::between(0.1, MOST_HZ, "Hz"))?,
                 damping: machine.number_or("flexible_damping", 0.0, damping())?,
             })

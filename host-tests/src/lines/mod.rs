@@ -18,6 +18,7 @@ use crate::poses::Plan;
 use crate::run::settings::{self, Value, apply, axis_values, driver_values};
 use crate::run::targets;
 use crate::trace::seconds;
+use fixed::types::I32F32;
 use hexstep::cycles::drill_point::Variant;
 use hexstep::path::Target;
 use hexstep::program::drill::WORDS;
@@ -132,41 +133,56 @@ fn joints(job: &Job, path: &PathJob) -> Result<Vec<String>, JobError> {
 
 /// Targets of a path of joints, without its dwells.
 pub fn targets_of(path: &PathJob) -> Vec<Target<6>> {
-    let target = |block: &Block| Target {
-        steps: block.steps,
-        duration: block.duration as f32,
-    };
+    let target = |block: &Block| Target::new(block.steps, block.duration as f32);
     path.blocks.iter().map(target).collect()
 }
 
 /// A path of joints, from its first target to its end.
 pub fn move_lines<const N: usize>(targets: &[Target<N>]) -> Vec<String> {
     let line = |target: &Target<N>| {
-        let words = target.steps.map(|n| n.to_string()).join(",");
+        let words = target.steps.map(steps).join(",");
         format!("$MOVE={words},{}", target.duration)
     };
     let end = std::iter::once("$MOVE=END".into());
     targets.iter().map(line).chain(end).collect()
 }
 
-/// Lines that give a machine all of these settings, whatever it had before.
+/// Steps as the protocol reads them, to a ten-thousandth.
+fn steps(at: I32F32) -> String {
+    let text = format!("{at:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0" } else { text }.into()
+}
+
+/// Lines that give a machine all of these settings, whatever it had before: in the order of [`hexstep::settings`], so
+/// that none is refused for what another still is.
 pub fn setting_lines<const N: usize>(settings: &Settings<N>) -> Vec<String> {
+    // Rates, accelerations, jerks, by their first numbers: each is bounded by the next.
+    const LIMITS: [u16; 3] = [110, 120, 800];
     let motors = N as u16;
-    let rate = |number: u16| (110..110 + motors).contains(&number);
+    let is_limit = |number: u16| {
+        let of = |first: &u16| (*first..first + motors).contains(&number);
+        LIMITS.iter().any(of)
+    };
+    let to = |first: u16, value: &str| {
+        let line = |number| format!("${number}={value}");
+        (first..first + motors).map(line).collect::<Vec<_>>()
+    };
     let line = |(number, value): (u16, f32)| format!("${number}={}", number_of(value));
-    // What is to be fast later would be too fast with the steps of before; travels are wide in between.
-    let mut set: Vec<String> = (110..110 + motors).map(|n| format!("${n}=1")).collect();
-    set.extend((1040..1040 + motors).map(|n| format!("${n}=-1000000")));
-    set.extend((1050..1050 + motors).map(|n| format!("${n}=1000000")));
-    // A shaper that is off takes any frequency.
-    let shaper = |number: u16| (1200..1200 + motors).contains(&number);
-    set.extend((1200..1200 + motors).map(|n| format!("${n}=0")));
+    let mut set: Vec<String> = LIMITS.iter().flat_map(|n| to(*n, "0.000001")).collect();
+    set.extend(to(1040, "-1000000000"));
+    set.extend(to(1050, "1000000000"));
+    // A shaper that is off takes any frequency and damping.
+    set.extend(to(1200, "0"));
+    let shapers = 1200..1200 + motors;
     let others = settings
         .all()
-        .filter(|(n, _)| !rate(*n) && !shaper(*n) && *n != 1012);
+        .filter(|(n, _)| !is_limit(*n) && !shapers.contains(n) && *n != 1012);
     set.extend(others.map(line));
-    set.extend(settings.all().filter(|(n, _)| rate(*n)).map(line));
-    set.extend(settings.all().filter(|(n, _)| shaper(*n)).map(line));
+    for first in LIMITS.into_iter().rev().chain([1200]) {
+        let own = first..first + motors;
+        set.extend(settings.all().filter(|(n, _)| own.contains(n)).map(line));
+    }
     set
 }
 

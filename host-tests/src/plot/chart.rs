@@ -25,8 +25,8 @@ pub struct Chart {
     y_range: Option<(f64, f64)>,
 }
 
-const LEFT: f64 = 66.0;
-const RIGHT: f64 = 16.0;
+pub(super) const LEFT: f64 = 66.0;
+pub(super) const RIGHT: f64 = 16.0;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 40.0;
 

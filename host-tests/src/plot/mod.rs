@@ -7,12 +7,14 @@ mod chart;
 mod drawing;
 mod histogram;
 mod map;
+mod strip;
 mod waves;
 
 pub use chart::Chart;
 pub use drawing::{Drawing, Pen};
 pub use histogram::Histogram;
 pub use map::Map;
+pub use strip::Strip;
 pub use waves::Waves;
 
 use std::fmt::Write;

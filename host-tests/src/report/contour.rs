@@ -1,128 +1,114 @@
 //! Pulses and a programmed path -> how far the joints are off the path, at every instant.
 //!
-//! The joints, rebuilt from the pulses, and the polyline of the programmed points are both weighted to mm at the tool.
-//! The place on the path is followed along it from sample to sample and never looked for as a whole, so that a path that
-//! crosses itself, or runs back over itself, is compared with the stretch that is being run:
-//!
-//! ```text
-//!            slack          reach = 1.5 |x_i - x_i-1| + slack
-//!          <-------+---------------------------->
-//!   - - - - -------o----------------------------- - - -   path, by its length
-//!                place of sample i-1
-//! ```
+//! The joints, rebuilt from the pulses at every instant at which one steps, and the polyline of the programmed points are
+//! both weighted to mm at the tool and compared in order (`frechet.rs`).
 
-use crate::trace::{TICK_HZ, Trace, seconds};
+use crate::frechet;
+use crate::trace::{Trace, bits, seconds};
+use std::collections::VecDeque;
 
-/// Time between samples [counts], and most samples of a trace.
-const EVERY: u64 = TICK_HZ / 2000;
-const MOST: u64 = 1_000_000;
+/// Most instants that are looked at: of more, those are left out that follow too soon on the one before.
+const MOST: u64 = 4_000_000;
+/// How exact distances are [mm].
+const GRAIN: f64 = 2e-5;
 
 /// The distance of the joints from the path over time.
 #[derive(Clone, Debug, Default)]
 pub struct ContourError {
-    /// Time [s] and distance [mm].
+    /// Time [s] and distance from the path in order [mm].
     pub samples: Vec<(f64, f64)>,
+    /// The straight move that each sample has come to.
+    pub blocks: Vec<usize>,
     /// Joints at these samples [unit].
     pub joints: Vec<[f64; 6]>,
-    /// The largest distance [mm].
+    /// How far apart both lie, run through in order (Fréchet distance) [mm].
     pub largest: f64,
+    /// Largest distance of a sample from the path [mm].
+    pub aside: f64,
+    /// Largest distance of a programmed point from the motion [mm].
+    pub cut: f64,
 }
 
 impl ContourError {
-    /// Compares a trace with the polyline through `points` [unit]; `steps` are steps per unit, `weights` mm per unit.
-    /// `slack` [mm]: how far the place on the path may be off, a few times the tolerance and a step.
+    /// Compares a trace with the polyline through `points` [unit]; `steps` are steps per unit, `weights` mm per unit. With
+    /// `ends_early` the motion may end anywhere on it.
     pub fn of(
         trace: &Trace<6>,
         points: &[[f64; 6]],
         steps: &[f64; 6],
         weights: &[f64; 6],
-        slack: f64,
+        ends_early: bool,
     ) -> Self {
         let weighted = |at: &[f64; 6]| std::array::from_fn(|i| at[i] * weights[i]);
         let vertices: Vec<[f64; 6]> = points.iter().map(weighted).collect();
-        let Some(first) = vertices.first() else {
-            return Self::default();
-        };
-        let mut place = Place {
-            segment: 0,
-            along: 0.0,
-        };
-        let mut last = *first;
-        let mut contour = Self::default();
-        let every = EVERY.max(trace.end() / MOST);
-        for (index, row) in (0u64..).zip(trace.rebuilt_every(every)) {
-            let joints = std::array::from_fn(|i| row[i] / steps[i]);
-            let x = weighted(&joints);
-            let reach = 1.5 * distance(&x, &last) + slack;
-            let off = place.follow(&vertices, &x, slack, reach);
-            last = x;
-            contour.samples.push((seconds(index * every), off));
-            contour.joints.push(joints);
-            contour.largest = contour.largest.max(off);
+        let (times, joints) = instants(trace, steps);
+        let motion: Vec<[f64; 6]> = joints.iter().map(weighted).collect();
+        let apart = frechet::apart(&motion, &vertices, ends_early, GRAIN);
+        let aside = &apart.aside;
+        Self {
+            samples: aside.iter().map(|a| (times[a.point], a.distance)).collect(),
+            blocks: aside.iter().map(|a| a.chord).collect(),
+            joints: aside.iter().map(|a| joints[a.point]).collect(),
+            largest: apart.distance,
+            aside: aside.iter().fold(0.0, |most, a| most.max(a.distance)),
+            cut: apart.cut,
         }
-        contour
     }
 }
 
-/// A place on a polyline: a segment, and the length from its beginning [mm].
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    segment: usize,
-    along: f64,
-}
-
-impl Place {
-    /// Moves to the point nearest to `x` between `back` before and `reach` behind this place, the last of them where
-    /// several are as near; its distance.
-    fn follow(&mut self, vertices: &[[f64; 6]], x: &[f64; 6], back: f64, reach: f64) -> f64 {
-        let from = self.moved_back(vertices, back);
-        // Length that is left from `from` on.
-        let mut left = back + reach;
-        let mut best = (f64::INFINITY, from);
-        let mut begin = from.along;
-        for (segment, ends) in vertices.windows(2).enumerate().skip(from.segment) {
-            let length = distance(&ends[0], &ends[1]);
-            let end = length.min(begin + left);
-            let along = if length > 0.0 {
-                let dot: f64 = (0..6)
-                    .map(|i| (x[i] - ends[0][i]) * (ends[1][i] - ends[0][i]))
-                    .sum();
-                (dot / length).clamp(begin, end.max(begin))
-            } else {
-                0.0
+/// Times [s] and joints [unit] wherever a motor steps: each on the line through its crossings of half steps, and on whole
+/// steps before the first and behind the last of them.
+fn instants(trace: &Trace<6>, steps: &[f64; 6]) -> (Vec<f64>, Vec<[f64; 6]>) {
+    // Crossings of each motor: time [counts] and place [steps].
+    let mut crossings: [VecDeque<(u64, f64)>; 6] = Default::default();
+    let mut when: Vec<u64> = Vec::new();
+    for pulse in trace.pulses() {
+        when.push(pulse.time);
+        for motor in bits::<6>(pulse.motors) {
+            if let Some(step) = pulse.step_of(motor) {
+                let at = step.position as f64 - 0.5 * f64::from(step.sign);
+                crossings[motor].push_back((step.time, at));
+            }
+        }
+    }
+    let (first, last) = (when.first().copied(), when.last().copied());
+    let least = (last.unwrap_or(0) - first.unwrap_or(0)) / MOST;
+    let mut before: [(u64, f64); 6] = [(0, 0.0); 6];
+    let mut begun = [false; 6];
+    let mut times = vec![seconds(first.unwrap_or(0))];
+    let mut joints = vec![[0.0; 6]];
+    let mut kept = 0;
+    for time in when {
+        // The first instant of a motor, and every one that is not too soon.
+        let mut at = [0.0; 6];
+        for motor in 0..6 {
+            let queue = &mut crossings[motor];
+            while let Some(passed) = queue.front().copied().filter(|c| c.0 <= time) {
+                before[motor] = passed;
+                begun[motor] = true;
+                queue.pop_front();
+            }
+            let (t0, x0) = before[motor];
+            let x = match queue.front() {
+                _ if t0 == time => x0,
+                Some((t1, x1)) if begun[motor] => {
+                    x0 + (x1 - x0) * (time - t0) as f64 / (t1 - t0) as f64
+                }
+                Some(_) => 0.0,
+                None if begun[motor] => trace.positions()[motor] as f64,
+                None => 0.0,
             };
-            let share = if length > 0.0 { along / length } else { 0.0 };
-            let nearest = std::array::from_fn(|i| ends[0][i] + share * (ends[1][i] - ends[0][i]));
-            let off = distance(x, &nearest);
-            if off <= best.0 + 1e-9 {
-                best = (off, Place { segment, along });
-            }
-            left -= length - begin;
-            begin = 0.0;
-            if left <= 0.0 {
-                break;
-            }
+            at[motor] = x / steps[motor];
         }
-        if best.0.is_infinite() {
-            // A path of a single point.
-            return vertices.first().map_or(0.0, |vertex| distance(x, vertex));
+        if time - kept >= least {
+            kept = time;
+            times.push(seconds(time));
+            joints.push(at);
         }
-        *self = best.1;
-        best.0
     }
-
-    fn moved_back(mut self, vertices: &[[f64; 6]], mut by: f64) -> Self {
-        while by > self.along && self.segment > 0 {
-            by -= self.along;
-            self.segment -= 1;
-            self.along = distance(&vertices[self.segment], &vertices[self.segment + 1]);
-        }
-        self.along = (self.along - by).max(0.0);
-        self
-    }
-}
-
-fn distance(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
-    squares.sum::<f64>().sqrt()
+    times.push(seconds(last.unwrap_or(0)));
+    joints.push(std::array::from_fn(|i| {
+        trace.positions()[i] as f64 / steps[i]
+    }));
+    (times, joints)
 }

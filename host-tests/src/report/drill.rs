@@ -45,7 +45,7 @@ impl<'a> DrillFigures<'a> {
 
     /// Whether every motor stands at its commanded count, nothing starved, and all motors keep their limits.
     pub fn is_sound(&self) -> bool {
-        self.is_exact() && self.outcome.starved == 0
+        self.is_exact() && self.outcome.starved == 0 && self.motors.keep_limits()
     }
 
     fn is_exact(&self) -> bool {
@@ -91,6 +91,7 @@ impl<'a> DrillFigures<'a> {
             ),
             self.motors.told_pulses(trace.ticks(), self.wall),
             told_end(self.is_exact(), self.outcome.starved),
+            self.motors.told_limits(),
             String::new(),
             format!(
                 "{:<8}{:>12}{:>12}{:>10}{:>22}{:>24}",

@@ -1,6 +1,7 @@
 //! Figures and tables -> one HTML page that needs nothing else: no network, no script, and it prints well.
 
 mod bias;
+mod bounds;
 mod contour;
 mod counts;
 mod drill;
@@ -14,10 +15,12 @@ mod pair;
 mod path;
 mod poses;
 mod precession;
+mod ruling;
 mod shaping;
 mod space;
 mod surface;
 
+pub use bounds::Bounds;
 pub use contour::ContourError;
 pub use counts::{CountsFigures, Deviation, LineFigures};
 pub use drill::DrillFigures;
@@ -30,6 +33,7 @@ pub use pair::{PairFigures, motor_names};
 pub use path::PathFigures;
 pub use poses::PosesFigures;
 pub use precession::PrecessionFigures;
+pub use ruling::{Limit, Ruler, Ruling};
 pub use shaping::ShapingFigures;
 pub use space::Space;
 pub use surface::SurfaceFigures;

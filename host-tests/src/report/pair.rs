@@ -61,6 +61,7 @@ impl<'a> PairFigures<'a> {
             && self.keeps_tips()
             && self.measured.trim <= self.simulation.amount + self.allowed()
             && self.measured.trimmed.within() >= 1.0
+            && self.motors.keep_limits()
     }
 
     /// Trims are taken back at the end of each row: the counts are those of the plan.
@@ -148,6 +149,7 @@ impl<'a> PairFigures<'a> {
             format!("pulses untrimmed   {}", told_walls(&m.untrimmed)),
             format!("pulses trimmed     {}", told_walls(&m.trimmed)),
             told_end(self.is_exact(), self.run.starved),
+            self.motors.told_limits(),
             String::new(),
         ];
         lines.extend(self.motors.limits_in_lines("joint"));

@@ -71,9 +71,14 @@ impl<'a> PosesFigures<'a> {
         }
     }
 
-    /// Whether every motor stands at its commanded count, nothing starved, and tip and tool kept to their tolerances.
+    /// Whether every motor stands at its commanded count, nothing starved, tip and tool kept to their tolerances, and the
+    /// joints to their limits.
     pub fn is_sound(&self) -> bool {
-        self.is_exact() && self.outcome.starved == 0 && self.keeps_tip() && self.keeps_angle()
+        self.is_exact()
+            && self.outcome.starved == 0
+            && self.keeps_tip()
+            && self.keeps_angle()
+            && self.motors.keep_limits()
     }
 
     pub fn is_exact(&self) -> bool {
@@ -232,6 +237,7 @@ impl<'a> PosesFigures<'a> {
                 judged(self.keeps_angle())
             ),
             told_end(self.is_exact(), self.outcome.starved),
+            self.motors.told_limits(),
             String::new(),
         ];
         lines.extend(self.motors.limits_in_lines("joint"));
@@ -291,13 +297,10 @@ impl<'a> PosesFigures<'a> {
                 "Queue ran dry",
                 format!("{} times", self.outcome.starved).into(),
             ),
+            ("Limits", self.motors.limits_cell()),
         ]);
         self.motors.limits_table(report);
-        report.text(
-            "Largest values of the whole run, approach included. Where a motor starts, stops or turns, its first pulse \
-             tells of half a step at once; acceleration and jerk are judged with what that can look like in the window. \
-             Limits count as kept within 2 %, jerk, which corners may have, within 10 %.",
-        );
+        report.text("Largest values of the whole run, approach included.");
     }
 
     pub(super) fn space_section(&self, report: &mut Report) {

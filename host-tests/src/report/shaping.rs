@@ -4,7 +4,7 @@
 use super::contour::ContourError;
 use super::{Cell, Report};
 use crate::flexible::{Flexible, Swing};
-use crate::job::{MOTORS, PathJob, SHAPERS, unit};
+use crate::job::{PathJob, SHAPERS, unit};
 use crate::plot::{Chart, colour, number};
 use crate::run::Outcome;
 use crate::trace::{TICK_HZ, Trace};
@@ -12,7 +12,7 @@ use crate::trace::{TICK_HZ, Trace};
 /// What the shapers of a path do.
 pub struct ShapingFigures<'a> {
     path: &'a PathJob,
-    /// Distance of the shaped path from the unshaped one, over time.
+    /// Distance of the shaped path from the unshaped one, both run through in order.
     pub error: ContourError,
     /// Deflection of the flexible joint, unshaped and shaped, where the job has one.
     pub swings: Option<[Swing; 2]>,
@@ -22,8 +22,8 @@ pub struct ShapingFigures<'a> {
 const REST: f64 = 0.2;
 
 impl<'a> ShapingFigures<'a> {
-    /// `None` for a path without shapers. `slack` [mm]: as in [`ContourError::of`].
-    pub fn of(path: &'a PathJob, outcome: &Outcome, slack: f64) -> Option<Self> {
+    /// `None` for a path without shapers.
+    pub fn of(path: &'a PathJob, outcome: &Outcome) -> Option<Self> {
         let unshaped = outcome.unshaped.as_ref()?;
         let steps = path.axes.map(|axis| axis.steps_per_unit);
         let mut points = joints(unshaped, &steps);
@@ -31,7 +31,8 @@ impl<'a> ShapingFigures<'a> {
         let weights = path.contour.weights();
         Some(Self {
             path,
-            error: ContourError::of(&outcome.trace, &points, &steps, &weights, slack),
+            // Both get the same commands, so both end where these do.
+            error: ContourError::of(&outcome.trace, &points, &steps, &weights, false),
             swings: path.shaping.flexible.map(|joint| {
                 [unshaped, &outcome.trace].map(|trace| {
                     let behind = Flexible::new(joint.hz, joint.damping);
@@ -66,7 +67,7 @@ impl<'a> ShapingFigures<'a> {
             };
             let kind = SHAPERS[shaping.kinds[motor]].to_uppercase();
             let first = told(shaping.first[motor]);
-            format!("{} {kind} at {first}{second}", MOTORS[motor])
+            format!("{} {kind} at {first}{second}", self.path.names[motor])
         };
         let on = (0..6).filter(|motor| shaping.kinds[*motor] != 0);
         on.map(of).collect::<Vec<_>>().join("; ")
@@ -86,7 +87,7 @@ impl<'a> ShapingFigures<'a> {
         Some(format!(
             "a joint of {} Hz behind {} swings by {} µm at the end, unshaped by {} µm: {} % are left; at most {} and {} µm on the way",
             number(joint.hz, 1),
-            MOTORS[joint.motor],
+            self.path.names[joint.motor],
             number(shaped.residual * 1e3, 2),
             number(unshaped.residual * 1e3, 2),
             number(100.0 * shaped.residual / unshaped.residual, 2),
@@ -121,8 +122,9 @@ impl<'a> ShapingFigures<'a> {
         .line("shaped", colour(1), error);
         report.figure(
             &chart.svg(),
-            "Distance of the shaped path from the unshaped one, both from pulses. On a straight line there is none; \
-             around corners and on curves each joint rounds its own way in time.",
+            "Distance of the shaped path from the unshaped one, both from pulses and run through in order. On a straight \
+             line there is none; around corners and on curves each joint rounds its own way in time, and where it turns \
+             round without a rest it does so short of the point.",
         );
     }
 
@@ -142,7 +144,7 @@ impl<'a> ShapingFigures<'a> {
         let title = format!(
             "A joint of {} Hz behind {}",
             number(joint.hz, 1),
-            MOTORS[joint.motor]
+            self.path.names[joint.motor]
         );
         let chart = Chart::new(&title, "time [s]", label)
             .size(860.0, 260.0)

@@ -4,7 +4,7 @@ use super::{Progress, answered, refused};
 use crate::job::{DrillJob, Job, JobError, MOTORS, unit};
 use crate::machine::Machine;
 use hexstep::cycles::drill_point::Cycle;
-use hexstep::joints::Joints;
+use hexstep::joints::{Joints, whole_steps};
 use hexstep::machines::DrillGrinder;
 use hexstep::path::{DrillPath, PathError, Scale};
 use hexstep::settings::Settings;
@@ -47,9 +47,10 @@ pub fn check(job: &Job, drill: &DrillJob, settings: &Settings) -> Result<Cycle<f
     let (mut lowest, mut highest) = ([0i32; 6], [0i32; 6]);
     for target in DrillPath::new(cycle.clone(), arm, unlimited, Joints::default()) {
         let target = target.map_err(|error| path_error(job, error))?;
+        let nearest = whole_steps(&target.steps);
         for motor in 0..6 {
-            lowest[motor] = lowest[motor].min(target.steps[motor]);
-            highest[motor] = highest[motor].max(target.steps[motor]);
+            lowest[motor] = lowest[motor].min(nearest[motor]);
+            highest[motor] = highest[motor].max(nearest[motor]);
         }
     }
     let (lower, upper) = settings.travel();

@@ -14,6 +14,8 @@ use crate::machine::{self, Machine};
 use crate::mirror::{MISS_MAX, Noise, Simulation};
 use crate::pair::{Leg, PairBlock, PairPlan, What};
 use crate::trace::{TICK_HZ, Trace};
+use fixed::types::I32F32;
+use hexstep::joints::whole_steps;
 use hexstep::path::Target;
 use hexstep::protocol::reading;
 use hexstep::settings::Settings;
@@ -69,11 +71,12 @@ pub fn run(
     progress: Progress<'_>,
 ) -> Result<RunPair, JobError> {
     let settings = settings(job, pair, simulation, &plan)?;
-    let start = target(job, pair, &plan.start, 0.0)?;
+    let mut start = target(job, pair, &plan.start, 0.0)?;
+    rest(&mut start);
     let legs = plan.legs.iter().map(|leg| targets(job, pair, leg));
     let legs: Vec<Vec<Target<8>>> = legs.collect::<Result<_, _>>()?;
     let wanted = legs.last().and_then(|leg| leg.last()).unwrap_or(&start);
-    let wanted = wanted.steps;
+    let wanted = whole_steps(&wanted.steps);
     let all: u64 = legs.iter().map(|leg| leg.len() as u64).sum();
     machine::with_motors::<8, _>(|machine| {
         let configured = machine.controller.configure(settings);
@@ -133,6 +136,8 @@ pub fn settings(
     values.extend([
         (1003, plan.contour as f32, "path.tip_tolerance".into()),
         (1004, plan.lever as f32, "machine".into()),
+        // Both tips keep to their tolerance all the way.
+        (1005, 0.0, "path.tip_tolerance".into()),
         (1013, pair.trim_share as f32, "machine.trim_share".into()),
     ]);
     for (motor, joint) in (0u16..).zip(&pair.joints) {
@@ -144,7 +149,7 @@ pub fn settings(
     apply(job, values)
 }
 
-/// A place of all joints [mm, deg] in whole steps, to be reached in `duration` [s] at least.
+/// A place of all joints [mm, deg] in steps, to be reached in `duration` [s] at least.
 ///
 /// # Errors
 /// `OutOfTravel` where a joint leaves the range of a step counter.
@@ -154,30 +159,35 @@ pub fn target(
     joints: &[f64; 8],
     duration: f64,
 ) -> Result<Target<8>, JobError> {
-    let mut steps = [0; 8];
+    let mut steps = [I32F32::ZERO; 8];
     for ((motor, joint), at) in pair.joints.iter().enumerate().zip(joints) {
-        let Some(whole) = joint.limits.steps_at(*at) else {
+        let Some(place) = joint.limits.steps_at(*at) else {
             let key = format!("machine.steps_per_unit[{motor}]");
             let detail = format!("{} leaves the range of a step counter", joint.name);
             return Err(job.refuse(&key, "OutOfTravel", detail));
         };
-        steps[motor] = whole;
+        steps[motor] = place;
     }
-    Ok(Target {
-        steps,
-        duration: duration as f32,
-    })
+    Ok(Target::new(steps, duration as f32))
 }
 
-/// All targets of a leg.
+/// A standstill is on whole steps.
+fn rest(target: &mut Target<8>) {
+    target.steps = whole_steps(&target.steps).map(I32F32::from);
+}
+
+/// All targets of a leg, which ends in a standstill.
 ///
 /// # Errors
 /// As [`target`].
 pub fn targets(job: &Job, pair: &PairJob, leg: &Leg) -> Result<Vec<Target<8>>, JobError> {
     let blocks = leg.blocks.iter();
-    blocks
-        .map(|block: &PairBlock| target(job, pair, &block.joints, block.duration))
-        .collect()
+    let targets = blocks.map(|block: &PairBlock| target(job, pair, &block.joints, block.duration));
+    let mut targets: Vec<Target<8>> = targets.collect::<Result<_, _>>()?;
+    if let Some(last) = targets.last_mut() {
+        rest(last);
+    }
+    Ok(targets)
 }
 
 /// Asks for live trims.

@@ -36,10 +36,7 @@ pub fn run(
 }
 
 fn items((block, point): (&Block, &PathPoint)) -> impl Iterator<Item = StreamItem> {
-    let target = StreamItem::Target(Target {
-        steps: block.steps,
-        duration: block.duration as f32,
-    });
+    let target = StreamItem::Target(Target::new(block.steps, block.duration as f32));
     let dwell = (point.dwell > 0.0).then_some(StreamItem::Dwell(point.dwell as f32));
     std::iter::once(target).chain(dwell)
 }

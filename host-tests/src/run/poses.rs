@@ -4,6 +4,8 @@ use super::{Progress, refused};
 use crate::job::{AxisLimits, Contour, Job, JobError, PosesJob};
 use crate::machine::{Machine, Refusal, StreamItem};
 use crate::poses::Plan;
+use fixed::types::I32F32;
+use hexstep::joints::whole_steps;
 use hexstep::path::Target;
 
 /// The limits of all motors in the units of the machine's settings, and its contour: there three motors slide and three
@@ -32,6 +34,8 @@ pub fn limits(poses: &PosesJob, plan: &Plan) -> ([AxisLimits; 6], Contour) {
     });
     let contour = Contour {
         tolerance: plan.contour,
+        // Tip and tool keep to their tolerances all the way.
+        rapid_tolerance: 0.0,
         lever: 1.0f64.to_degrees(),
         trim_share: 0.0,
         trim: [0.0; 6],
@@ -39,7 +43,7 @@ pub fn limits(poses: &PosesJob, plan: &Plan) -> ([AxisLimits; 6], Contour) {
     (axes, contour)
 }
 
-/// A place of the joints in whole steps.
+/// A place of the joints in steps.
 ///
 /// # Errors
 /// `OutOfTravel` where a joint leaves its travel, at the pose that the stretch leads to.
@@ -48,8 +52,8 @@ pub fn steps(
     poses: &PosesJob,
     joints: &[f64; 6],
     index: usize,
-) -> Result<[i32; 6], JobError> {
-    let mut steps = [0; 6];
+) -> Result<[I32F32; 6], JobError> {
+    let mut steps = [I32F32::ZERO; 6];
     for (motor, (joint, at)) in poses.machine.joints.iter().zip(joints).enumerate() {
         let (lo, hi) = joint.limits.travel;
         let refuse = |detail: String| Err(poses.refuse(job, index, "OutOfTravel", detail));
@@ -61,29 +65,30 @@ pub fn steps(
                 joint.unit()
             ));
         }
-        let Some(whole) = joint.limits.steps_at(*at) else {
+        let Some(place) = joint.limits.steps_at(*at) else {
             return refuse(format!("{} leaves the range of a step counter", joint.name));
         };
-        steps[motor] = whole;
+        steps[motor] = place;
     }
     Ok(steps)
 }
 
-/// All targets of the path.
+/// All targets: the first pose, and the path from there. Both end in a standstill, on whole steps.
 ///
 /// # Errors
 /// As [`steps`].
 pub fn targets(job: &Job, poses: &PosesJob, plan: &Plan) -> Result<Vec<Target<6>>, JobError> {
     let mut targets = Vec::with_capacity(plan.blocks.len() + 1);
-    targets.push(Target {
-        steps: steps(job, poses, &plan.start, 0)?,
-        duration: 0.0,
-    });
+    let start = steps(job, poses, &plan.start, 0)?;
+    targets.push(Target::whole(whole_steps(&start), 0.0));
     for block in &plan.blocks {
-        targets.push(Target {
-            steps: steps(job, poses, &block.joints, block.segment + 1)?,
-            duration: block.duration as f32,
-        });
+        targets.push(Target::new(
+            steps(job, poses, &block.joints, block.segment + 1)?,
+            block.duration as f32,
+        ));
+    }
+    if let Some(last) = targets.last_mut() {
+        last.steps = whole_steps(&last.steps).map(I32F32::from);
     }
     Ok(targets)
 }

@@ -58,18 +58,33 @@ pub(crate) fn apply<const N: usize>(
     values: Vec<Value>,
 ) -> Result<Settings<N>, JobError> {
     let mut settings = Settings::default();
-    for (number, value, key) in values {
-        settings.set(number, value, TICK_HZ).map_err(|error| {
-            if let Some(refusal) = settings.refused_shaper(number, value) {
-                return job.refuse(&key, refusal.reason.name(), told_refusal(refusal.reason));
+    // As a set: in no order could all values that bound each other meet only those they are to be with.
+    for (number, value, key) in &values {
+        settings.put(*number, *value).map_err(|error| {
+            if let Some(refusal) = Settings::<N>::shaper_of(*number) {
+                return job.refuse(key, refusal.reason.name(), told_refusal(refusal.reason));
             }
             let detail = format!(
                 "the machine does not take this value (${number}, error {}); see `$$` for its ranges",
                 error.number()
             );
-            job.refuse(&key, "OutOfRange", detail)
+            job.refuse(key, "OutOfRange", detail)
         })?;
     }
+    settings.check(TICK_HZ).map_err(|conflict| {
+        let first = conflict.numbers().next();
+        let blamed = values.iter().find(|(number, ..)| Some(*number) == first);
+        let key = blamed.map_or("stepper", |(.., key)| key);
+        if let Some(refusal) = conflict.shaper() {
+            let detail = format!("{}; {conflict}", told_refusal(refusal.reason));
+            return job.refuse(key, refusal.reason.name(), detail);
+        }
+        let detail = format!(
+            "the machine does not take these values together, {conflict} (error {})",
+            conflict.error().number()
+        );
+        job.refuse(key, "OutOfRange", detail)
+    })?;
     Ok(settings)
 }
 
@@ -111,10 +126,6 @@ pub(crate) fn axis_values(axes: &[AxisLimits]) -> Vec<Value> {
     for (motor, axis) in (0u16..).zip(axes) {
         let key = |name: &str| format!("machine.{name}[{motor}]");
         values.extend([
-            // The machine checks every value beside the others it has: with next to no speed and acceleration, steps and
-            // jerk can be anything, and then each limit finds those it is compared with.
-            (110 + motor, 1e-6, key("max_rate")),
-            (120 + motor, 1e-6, key("acceleration")),
             (
                 100 + motor,
                 axis.steps_per_unit as f32,
@@ -135,6 +146,11 @@ fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
     let mut values = vec![
         (1003, contour.tolerance as f32, format!("{path}.tolerance")),
         (1004, contour.lever as f32, "machine.lever".into()),
+        (
+            1005,
+            contour.rapid_tolerance as f32,
+            format!("{path}.rapid_tolerance"),
+        ),
         (1013, contour.trim_share as f32, "machine.trim_share".into()),
     ];
     values.extend((0u16..).zip(contour.trim).map(|(motor, trim)| {

@@ -16,6 +16,8 @@
 //!         Motion         speed, acceleration and jerk      (motion.rs)
 //! ```
 //!
+//! Events of one tick stand in the order of the pins: steps, then directions, never both of one motor.
+//!
 //! Time is a count of the step timer since the trace began, [`TICK_HZ`] counts a second, never a float.
 //!
 //! Storage: events lie in blocks of 64 KiB, each of which opens with the full state, so that a block can be read

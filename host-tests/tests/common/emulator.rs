@@ -1,6 +1,7 @@
 //! A firmware in the emulator beside the machine in memory: the same lines to both, the same pulses from both.
 
 use super::pulses_of_lines;
+use hexstep::joints::whole_steps;
 use hexstep::path::Target;
 use hexstep::settings::Settings;
 use hexstep_host::emulator::{Emulator, Options, PinMap, Pulses};
@@ -93,7 +94,8 @@ pub fn assert_equal_stretches<const N: usize>(
         }
         assert_eq!(machine.starved(), 0, "{name}");
         let last = stretches.last().and_then(|stretch| stretch.last());
-        assert_eq!(machine.controller.counts(), last.unwrap().steps, "{name}");
+        let end = whole_steps(&last.unwrap().steps);
+        assert_eq!(machine.controller.counts(), end, "{name}");
         assert_eq!(ask(emulator, "$STAT"), ["[MSG:starved 0]", "ok"], "{name}");
         edges
     })

@@ -1,9 +1,10 @@
 //! The arm both ways, joints to steps, chords.
 
 use crate::common::*;
+use fixed::types::I32F32;
 use hexstep::cycles::drill_point::{Motion, Variant};
 use hexstep::geometry::{Pose, Vector};
-use hexstep::joints::Joints;
+use hexstep::joints::{Joints, whole_steps};
 use hexstep::kinematics::{Error, Kinematics};
 use hexstep_host::reference::grinding::Arm;
 
@@ -140,7 +141,7 @@ fn joints_round_to_the_published_steps() {
         let joints = arm
             .inverse(&Pose { p, ..moved }, &Joints::default())
             .unwrap();
-        joints.to_steps(&scale).unwrap()
+        whole_steps(&joints.to_steps(&scale).unwrap())
     });
 
     let table = [
@@ -155,12 +156,18 @@ fn joints_round_to_the_published_steps() {
 }
 
 #[test]
-fn steps_round_ties_away_from_zero_and_know_their_limit() {
-    let steps = |x: f64| Joints([x]).to_steps(&Joints([1.0]));
+fn steps_have_fractions_and_know_their_limit() {
+    let fixed = |x: f64| Joints([x]).to_steps(&Joints([1.0]));
+    let steps = |x: f64| fixed(x).map(|steps| whole_steps(&steps));
 
     assert_eq!(
+        [2.5, -2.25, 0.125].map(fixed),
+        [2.5, -2.25, 0.125].map(|x| Some([I32F32::from_num(x)]))
+    );
+    // As the planner comes to rest: halves go up.
+    assert_eq!(
         [2.5, -2.5, 0.5, -0.5].map(steps),
-        [3, -3, 1, -1].map(|i| Some([i]))
+        [3, -2, 1, 0].map(|i| Some([i]))
     );
     assert_eq!(steps(2147483647.4), Some([i32::MAX]));
     assert_eq!(steps(2147483647.5), None);
@@ -168,6 +175,11 @@ fn steps_round_ties_away_from_zero_and_know_their_limit() {
     assert_eq!(steps(-2147483649.0), None);
     assert_eq!(steps(f64::NAN), None);
     assert_eq!(Joints([3e9f32]).to_steps(&Joints([1.0])), None);
+    // 300 mm and a bit of them, 10 000 steps/mm: a product in f32 is a quarter of a step.
+    let (q, scale) = (300.000_03f32, 10_000.0f32);
+    let [at] = Joints([q]).to_steps(&Joints([scale])).unwrap();
+    let exact = f64::from(q) * f64::from(scale);
+    assert!((at.to_num::<f64>() - exact).abs() < 1e-9, "{at} {exact}");
 }
 
 /// Section 9, micrometres and 0.001 deg; the largest over 64 places in each segment, by the reference arm.

@@ -8,4 +8,5 @@ mod cycle;
 mod ground;
 mod motion;
 mod point;
+mod returns;
 mod single;

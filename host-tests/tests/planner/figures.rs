@@ -93,7 +93,10 @@ fn dense(points: impl Iterator<Item = [f64; 2]>, feed: f64, accel: f64) -> (f64,
         length += chord;
         last = p;
         let q = p.map(|x| (x * 320.0).round() as i32);
-        blocks.push(([q[0], q[1], 0, 0, 0, 0], (chord / feed) as f32));
+        blocks.push((
+            [f64::from(q[0]), f64::from(q[1]), 0.0, 0.0, 0.0, 0.0],
+            (chord / feed) as f32,
+        ));
     }
     let program = Program {
         limits,

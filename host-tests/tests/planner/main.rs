@@ -62,7 +62,7 @@ fn an_input_that_trickles_in_one_block_at_a_time_keeps_limits_contour_and_end() 
         planner.set_path(program.path).unwrap();
         let mut samples = vec![[0.0; 6]];
         for (target, duration) in &program.blocks {
-            planner.push(*target, *duration).unwrap();
+            planner.push(fractional(*target), *duration).unwrap();
             for _ in 0..r.below(30) {
                 match planner.next() {
                     Some(s) => samples.push(s.position.map(|p| p.to_num())),
@@ -95,7 +95,7 @@ fn a_controlled_stop_rests_on_whole_steps_on_the_path_and_drops_the_rest() {
         let end = *samples.last().unwrap();
         assert!(end.iter().all(|x| x.fract() == 0.0));
         check(seed, &program, &samples, &planner, end);
-        assert_eq!(planner.end().map(f64::from), end);
+        assert_eq!(planner.end().map(|p| p.to_num::<f64>()), end);
     }
 }
 
@@ -151,7 +151,10 @@ fn the_chords_of_a_straight_line_take_no_longer_than_the_line() {
         blocks: (1..=count)
             .map(|k| {
                 let q = k * chord;
-                ([q, 0, -q / 4, 0, q / 8, 0], chord as f32 * 5.0e-6)
+                (
+                    [q, 0, -q / 4, 0, q / 8, 0].map(f64::from),
+                    chord as f32 * 5.0e-6,
+                )
             })
             .collect(),
     };
@@ -230,10 +233,7 @@ fn a_circle_of_ten_thousand_chords_takes_its_length_over_feed_and_the_ramps() {
                     0.0,
                     0.0,
                 ];
-                (
-                    q.map(|x: f64| x.round() as i32),
-                    (length / 10_000.0 / feed) as f32,
-                )
+                (q.map(f64::round), (length / 10_000.0 / feed) as f32)
             })
             .collect();
         let program = Program {
@@ -269,9 +269,9 @@ fn a_circle_of_ten_thousand_chords_takes_its_length_over_feed_and_the_ramps() {
 fn a_dwell_stands_still_for_its_time_at_its_vertex() {
     let limits = Limits::new([50_000.0; 6], [500_000.0; 6], [2e7; 6]).unwrap();
     let mut planner = Planner::new(limits, [0; 6]);
-    planner.push([1000; 6], 0.0).unwrap();
+    planner.push(whole([1000; 6]), 0.0).unwrap();
     planner.dwell(0.25).unwrap();
-    planner.push([2000; 6], 0.0).unwrap();
+    planner.push(whole([2000; 6]), 0.0).unwrap();
 
     let mut there = 0;
     while let Some(sample) = planner.next() {
@@ -315,7 +315,7 @@ fn a_trim_reaches_its_whole_step_within_the_limits_while_a_program_runs() {
 fn an_immediate_stop_loses_the_position_until_it_is_set() {
     let limits = Limits::new([50_000.0; 6], [500_000.0; 6], [2e7; 6]).unwrap();
     let mut planner = Planner::new(limits, [0; 6]);
-    planner.push([1000; 6], 0.0).unwrap();
+    planner.push(whole([1000; 6]), 0.0).unwrap();
     for _ in 0..20 {
         planner.next();
     }
@@ -324,10 +324,10 @@ fn an_immediate_stop_loses_the_position_until_it_is_set() {
 
     assert!(planner.is_lost());
     assert_eq!(planner.next(), None);
-    assert_eq!(planner.push([0; 6], 0.0), Err(PushError::Lost));
+    assert_eq!(planner.push(whole([0; 6]), 0.0), Err(PushError::Lost));
     planner.reset([7; 6]);
     assert_eq!(planner.position(), [I32F32::from_num(7); 6]);
-    planner.push([0; 6], 0.0).unwrap();
+    planner.push(whole([0; 6]), 0.0).unwrap();
     let last = std::iter::from_fn(|| planner.next()).last().unwrap();
     assert!(last.last && last.position == [I32F32::ZERO; 6]);
 }
@@ -383,7 +383,7 @@ fn bad_limits_weights_and_factors_are_refused_by_name() {
         );
     }
     for bad in [-1.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(planner.push([1; 2], bad), Err(PushError::Duration));
+        assert_eq!(planner.push(whole([1; 2]), bad), Err(PushError::Duration));
         assert_eq!(planner.dwell(bad), Err(PushError::Duration));
     }
     assert!(planner.is_idle());
@@ -405,7 +405,7 @@ fn moves_of_any_size_and_feed_end_exactly_or_are_refused() {
         [-i32::MAX, 1],
         [0, 0],
     ] {
-        let refused = planner.push(target, 0.0).is_err();
+        let refused = planner.push(whole(target), 0.0).is_err();
         while planner.next().is_some() {}
         if !refused {
             assert_eq!(planner.position(), target.map(I32F32::from_num));
@@ -413,16 +413,22 @@ fn moves_of_any_size_and_feed_end_exactly_or_are_refused() {
             assert!(planner.is_idle());
         }
     }
-    assert_eq!(planner.push([-5, 0], 0.0), Ok(()));
+    assert_eq!(planner.push(whole([-5, 0]), 0.0), Ok(()));
     while planner.next().is_some() {}
-    assert_eq!(planner.push([i32::MAX, 0], 0.0), Err(PushError::TooLong));
-    assert_eq!(planner.push([-6, i32::MIN], 0.0), Err(PushError::TooLong));
+    assert_eq!(
+        planner.push(whole([i32::MAX, 0]), 0.0),
+        Err(PushError::TooLong)
+    );
+    assert_eq!(
+        planner.push(whole([-6, i32::MIN]), 0.0),
+        Err(PushError::TooLong)
+    );
 
     // Feeds of 1e9 and of 1e-6 steps a second; the slow one is stopped after a while.
-    planner.push([5, 5], 1e-8).unwrap();
+    planner.push(whole([5, 5]), 1e-8).unwrap();
     while planner.next().is_some() {}
     assert_eq!(planner.position(), [I32F32::from_num(5); 2]);
-    planner.push([6, 5], 1e6).unwrap();
+    planner.push(whole([6, 5]), 1e6).unwrap();
     for _ in 0..10_000 {
         let sample = planner.next().unwrap();
         assert!(sample.position[0] < I32F32::from_num(5.1));
@@ -436,7 +442,7 @@ fn moves_of_any_size_and_feed_end_exactly_or_are_refused() {
 fn a_reversal_comes_to_rest_and_a_straight_line_does_not() {
     let limits = Limits::new([50_000.0; 6], [500_000.0; 6], [2e7; 6]).unwrap();
     let path = PathSetting::new([0.003; 6], 0.01).unwrap();
-    let line = |x: i32| ([x, 2 * x, 0, 0, 0, 0], 0.0);
+    let line = |x: i32| ([x, 2 * x, 0, 0, 0, 0].map(f64::from), 0.0);
     let there = Program {
         limits,
         path,
@@ -464,15 +470,18 @@ fn a_full_planner_says_so_and_takes_more_after_a_while() {
     let mut planner = Planner::new(limits, [0; 2]);
     let mut taken = 0;
     let target = |k: i32| [k * 100, (k % 2) * 100];
-    while planner.push(target(taken + 1), 0.0).is_ok() {
+    while planner.push(whole(target(taken + 1)), 0.0).is_ok() {
         taken += 1;
     }
     assert_eq!(taken as usize, BLOCKS);
-    assert_eq!(planner.push(target(taken + 1), 0.0), Err(PushError::Full));
+    assert_eq!(
+        planner.push(whole(target(taken + 1)), 0.0),
+        Err(PushError::Full)
+    );
     while planner.is_full() {
         planner.next();
     }
-    assert_eq!(planner.push(target(taken + 1), 0.0), Ok(()));
+    assert_eq!(planner.push(whole(target(taken + 1)), 0.0), Ok(()));
     assert!(std::mem::size_of::<Planner<6>>() <= 20 * 1024);
 }
 

@@ -35,7 +35,7 @@ pub struct Program<const N: usize> {
     pub limits: Limits<N>,
     pub path: PathSetting<N>,
     /// Targets [steps] with least durations [s].
-    pub blocks: Vec<([i32; N], f32)>,
+    pub blocks: Vec<([f64; N], f32)>,
 }
 
 /// What is asked of the planner while it runs.
@@ -49,6 +49,15 @@ pub enum Event {
     Trim(usize, i32),
     /// The input brings nothing for so many samples.
     Pause(usize),
+}
+
+/// Targets in steps, as the planner takes them.
+pub fn fractional<const N: usize>(target: [f64; N]) -> [I32F32; N] {
+    target.map(I32F32::from_num)
+}
+
+pub fn whole<const N: usize>(target: [i32; N]) -> [I32F32; N] {
+    target.map(I32F32::from_num)
 }
 
 /// Runs a program to its end; events at given samples. Pushes whenever there is room.
@@ -74,7 +83,10 @@ pub fn go_on<const N: usize>(
     let mut paused = 0;
     loop {
         while let Some((target, duration)) = blocks.peek() {
-            if stopped || samples.len() < paused || planner.push(*target, *duration).is_err() {
+            if stopped
+                || samples.len() < paused
+                || planner.push(fractional(*target), *duration).is_err()
+            {
                 break;
             }
             blocks.next();
@@ -146,7 +158,7 @@ pub fn follows<const N: usize>(
         std::array::from_fn(|i| q[i] * f64::from(program.path.weight()[i]))
     };
     let mut vertices = vec![[0.0; N]];
-    vertices.extend(program.blocks.iter().map(|b| weighted(&b.0.map(f64::from))));
+    vertices.extend(program.blocks.iter().map(|b| weighted(&b.0)));
     let distance = |p: &[f64; N], a: &[f64; N], b: &[f64; N]| {
         let (mut along, mut length) = (0.0, 0.0);
         for i in 0..N {
@@ -201,6 +213,8 @@ pub fn random_program(seed: u64) -> Program<6> {
     let tolerance = [0.0, 0.003, 0.01, 0.03, 0.3][r.below(5)];
     let path = PathSetting::new(weight, tolerance).unwrap();
     let count = 2 + r.scale(1.0, 499.0) as usize;
+    // Every third program has targets between steps.
+    let between = seed % 3 == 0;
     let mut blocks = Vec::new();
     let mut q = [0.0f64; 6];
     let mut kind = 0;
@@ -249,7 +263,9 @@ pub fn random_program(seed: u64) -> Program<6> {
                 q[i] += [-1.0, 0.0, 1.0][r.below(3)];
             }
         }
-        q = q.map(|x| x.round());
+        if !between {
+            q = q.map(f64::round);
+        }
         // Duration from the slowest joint's rated time.
         let rated = (0..6)
             .map(|i| (q[i] - before[i]).abs() / f64::from(limits.velocity()[i]))
@@ -260,7 +276,11 @@ pub fn random_program(seed: u64) -> Program<6> {
         } else {
             0.0
         };
-        blocks.push((q.map(|x| x as i32), duration as f32));
+        blocks.push((q, duration as f32));
+    }
+    // It ends on whole steps: otherwise a little move to them comes on top.
+    if let Some(last) = blocks.last_mut() {
+        last.0 = last.0.map(f64::round);
     }
     Program {
         limits,
@@ -304,7 +324,7 @@ pub fn end_of(program: &Program<6>) -> [f64; 6] {
     program
         .blocks
         .last()
-        .map_or([0.0; 6], |b| b.0.map(f64::from))
+        .map_or([0.0; 6], |b| b.0.map(|p| (p + 0.5).floor()))
 }
 
 /// A few in every build; `HEXSTEP_LONG=1` runs a thousand, `HEXSTEP_SEED=n` one.
@@ -351,7 +371,7 @@ pub fn circles(feed: f64) -> Program<6> {
                 0.0,
                 0.0,
             ];
-            (q.map(|x| x.round() as i32), (1.0 / feed) as f32)
+            (q.map(f64::round), (1.0 / feed) as f32)
         })
         .collect();
     Program {
@@ -388,7 +408,7 @@ pub fn rest_to_rest(program: &Program<6>) -> f64 {
     for (target, _) in &program.blocks {
         let slowest = |limit: &[f32; 6]| {
             (0..6)
-                .map(|i| f64::from(limit[i]) / (f64::from(target[i]) - q[i]).abs())
+                .map(|i| f64::from(limit[i]) / (target[i] - q[i]).abs())
                 .fold(f64::MAX, f64::min)
         };
         let limits = &program.limits;
@@ -398,7 +418,7 @@ pub fn rest_to_rest(program: &Program<6>) -> f64 {
             slowest(limits.acceleration()),
             slowest(limits.jerk()),
         );
-        q = target.map(f64::from);
+        q = *target;
     }
     sum
 }
@@ -426,12 +446,12 @@ impl Single {
             slowest(limits.jerk(), &way),
         );
         let l = share * 2.0 * a * a * a / j / j;
-        let target = way.map(|t| (t * l).round() as i32);
-        if target == [0; 6] {
+        let target = way.map(|t| (t * l).round());
+        if target == [0.0; 6] {
             return None;
         }
         // Along the straight line to the whole steps.
-        let way = target.map(f64::from);
+        let way = target;
         Some(Self {
             program: Program {
                 limits,
@@ -470,7 +490,7 @@ pub fn zigzag(seed: u64, tolerance: f32) -> Program<6> {
             for x in &mut q {
                 *x += r.between(-size, size);
             }
-            (q.map(|x| x.round() as i32), 0.0)
+            (q.map(f64::round), 0.0)
         })
         .collect();
     Program {

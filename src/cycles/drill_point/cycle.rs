@@ -6,7 +6,7 @@
 //!   infeed     (mu_start, e)                    clear / infeed speed
 //!   stroke     mu_start -> mu_end at e          mu step / stroke speed, in equal segments
 //!   retract    (mu_end, e + clear)              rapid
-//!   return     mu_end -> mu_start at e + clear  rapid, back along the same path
+//!   return     mu_end -> mu_start at e + clear  rapid, back by the same waypoints
 //!   index      roll by 90, then 180 deg         rapid
 //!   the same for flank 2, rolled by 180 deg, then index back
 //! ```
@@ -148,9 +148,11 @@ impl<R: Real> Cycle<R> {
         let motion = Motion::new(&cone, p.drill.point_angle, p.variant)?;
         let range = stroke.end - stroke.start;
         let segments = pieces(range, p.mu_step);
-        // Rapids are straight in the joints: steps of 5 deg stray by 0.04 mm with an arm of 150 mm, far less
-        // than any clearance.
-        let back_segments = pieces(range, R::of(5.0).to_radians());
+        // Rapids are straight in the joints. Back along the waypoints of the stroke: a planner that rounds corners makes one
+        // curve of them (3 um inside of them with an arm of 150 mm and 0.8 deg), and the drill stays as clear of the wheel
+        // as it was drawn back. Corners of 5 deg would each be slowed down for, and a straight way from one end to the other,
+        // no sooner at its end because d1 needs as long for either, strays by 5 mm.
+        let back_segments = pieces(range, p.mu_step.min(R::of(2.0).to_radians()));
         let (sin_phi0, cos_phi0) = p.drill.half_point_angle().sin_cos();
         let infeed_duration = p.clear / p.infeed_speed;
         let segment_duration = range / R::of_i32(segments as i32) / p.stroke_speed;
@@ -198,6 +200,11 @@ impl<R: Real> Cycle<R> {
 
     pub fn motion(&self) -> &Motion<R> {
         &self.motion
+    }
+
+    /// Stand-off added when retracted [mm].
+    pub fn clear(&self) -> R {
+        self.clear
     }
 
     /// Segments of one stroke.

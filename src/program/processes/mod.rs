@@ -91,8 +91,9 @@ impl<const M: usize> Progress<M> {
     fn on_all<const N: usize>(self) -> Progress<N> {
         match self {
             Self::Target(target) => Progress::Target(Target {
-                steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or(0)),
+                steps: core::array::from_fn(|i| target.steps.get(i).copied().unwrap_or_default()),
                 duration: target.duration,
+                free: target.free,
             }),
             Self::Waits => Progress::Waits,
             Self::Busy => Progress::Busy,

@@ -83,7 +83,7 @@ const EXAMPLES: &str = r#"Examples:
   hexstep calc --list                      show every calculator
   hexstep calc --help                      how to ask them"#;
 
-const RUN_EXAMPLES: &str = r#"Exit status: 0 all motors where they should be; 1 something is wrong with the result; 2 bad input, nothing written.
+const RUN_EXAMPLES: &str = r#"Exit status: 0 all motors where they should be, within limits and tolerances; 1 something is wrong with the result; 2 bad input, nothing written.
 
 Examples:
   hexstep run drill-point

@@ -114,6 +114,12 @@ fn step_interrupt(elf: &Path, counter: &Counter, measured: &mut Measured) -> Out
         w4.tally.worst.instructions.into(),
     )?;
 
+    let turn = session.turn_round::<6>("six motors to and fro")?;
+    measured.set(
+        "isr_turn_worst_instructions",
+        turn.worst.instructions.into(),
+    )?;
+
     let load = session.run("six motors at 100 kHz", [-100_000; 6], 1.0)?;
     measured.set("isr_load_100khz_six", load.tally.cycles as f64 / CORE_HZ)?;
 
@@ -133,6 +139,11 @@ fn eight_motors(elf: &Path, counter: &Counter, measured: &mut Measured) -> Outco
     let w1 = session.run("W1, eight motors together", [100_000; 8], PULSE_SECONDS)?;
     measured.set("isr_eight_w1_instructions", w1.tally.mean_instructions())?;
     measured.set("isr_eight_w1_cycles_model", w1.tally.mean_cycles())?;
+    let turn = session.turn_round::<8>("eight motors to and fro")?;
+    measured.set(
+        "isr_eight_turn_worst_instructions",
+        turn.worst.instructions.into(),
+    )?;
     sizes(elf, measured, "octopus_flash_bytes", "octopus_ram_bytes")
 }
 
@@ -203,6 +214,42 @@ impl Session {
         })
     }
 
+    /// Sends all motors to and fro together; what the step interrupt cost in it.
+    fn turn_round<const N: usize>(&mut self, name: &str) -> Outcome<Tally> {
+        println!("{name} ...");
+        // Targets are places: from where the lines of counts have left the motors, first to the origin.
+        self.go::<N>(&[0])?;
+        let _ = self.emulator.take_recording();
+        let places: Vec<i32> = (0..40).map(|k| 50 * (k % 2)).collect();
+        self.go::<N>(&places)?;
+        let recording = self.emulator.take_recording();
+        self.check(&recording, [50; N])?;
+        let together = |turned: u8| turned.count_ones() as usize == N;
+        let mut before = 0;
+        let turns = recording.changes().iter().filter(|change| {
+            let turned = change.directions ^ before;
+            before = change.directions;
+            together(turned)
+        });
+        match turns.count() {
+            38.. => Ok(Tally::of(recording.costs(recording.motion()))),
+            turns => Err(format!("{name}: turned together {turns} times only")),
+        }
+    }
+
+    /// Sends all motors to one place after the other.
+    fn go<const N: usize>(&mut self, places: &[i32]) -> Outcome<()> {
+        for place in places {
+            let words = [*place; N].map(|steps| steps.to_string());
+            self.ask(&format!("$MOVE={},0", words.join(",")))?;
+        }
+        self.ask("$MOVE=END")?;
+        self.emulator
+            .expect_idle(PATIENCE)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    }
+
     /// A figure of a run that went wrong would be worthless.
     fn check<const N: usize>(&self, recording: &Recording, counts: [i32; N]) -> Outcome<()> {
         let made = recording.positions(self.both_edges);
@@ -260,6 +307,7 @@ fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outco
     let (push, next) = (counter.watch("bench_planner_push"), numbers[1].1);
     let blocks = BLOCKS.map(|(mean, worst, function)| (mean, worst, counter.watch(function)));
     let points = ["bench_arm_point", "bench_pair_point"].map(|function| counter.watch(function));
+    let turn = counter.watch("bench_turn");
     let end = counter.watch("bench_end");
     let mut options = Options::new(elf);
     options.counter = Some(counter);
@@ -279,6 +327,12 @@ fn functions(elf: &Path, mut counter: Counter, measured: &mut Measured) -> Outco
         measured.set(mean, tally.mean_instructions())?;
         measured.set(worst, tally.worst.instructions.into())?;
     }
+    let turn = enough(recording.tally(turn), "bench_turn")?.worst;
+    measured.set(
+        "isr_turn_latch_worst_instructions",
+        turn.instructions.into(),
+    )?;
+    measured.set("isr_turn_latch_worst_cycles_model", turn.cycles.into())?;
     let cycles = blocks.map(|(.., number)| recording.tally(number).worst.cycles);
     let points = points.map(|number| recording.tally(number).worst.instructions);
     measured.set("process_block_worst_cycles_model", largest(&cycles))?;

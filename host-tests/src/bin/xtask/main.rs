@@ -3,6 +3,7 @@
 mod bench;
 mod board;
 mod build;
+mod duel;
 mod figures;
 mod flash;
 mod install;
@@ -55,6 +56,12 @@ enum Task {
         #[arg(long)]
         functions: bool,
     },
+    /// Run the paths of the motion duel on the machine in memory; print times, limits, distances and ripple, judged from
+    /// the pulses, beside goals, bounds and other controllers; also written to target/hexstep/duel.json.
+    Duel {
+        #[command(flatten)]
+        request: duel::Request,
+    },
 }
 
 fn main() -> ExitCode {
@@ -63,6 +70,7 @@ fn main() -> ExitCode {
         Task::Flash { board, bootloader } => flash::task(board, bootloader),
         Task::Test => test::task(),
         Task::Bench { board, functions } => bench::task(board, functions),
+        Task::Duel { request } => duel::task(&request),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

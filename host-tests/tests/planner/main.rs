@@ -69,7 +69,7 @@ fn an_input_that_trickles_in_one_block_at_a_time_keeps_limits_contour_and_end() 
                     None => break,
                 }
             }
-            while planner.len() > 90 {
+            while planner.room() < 2 {
                 samples.push(planner.next().unwrap().position.map(|p| p.to_num()));
             }
         }
@@ -482,7 +482,7 @@ fn a_full_planner_says_so_and_takes_more_after_a_while() {
         planner.next();
     }
     assert_eq!(planner.push(whole(target(taken + 1)), 0.0), Ok(()));
-    assert!(std::mem::size_of::<Planner<6>>() <= 20 * 1024);
+    assert!(std::mem::size_of::<Planner<6>>() <= 22 * 1024);
 }
 
 /// Counts what the pins do, tick by tick.

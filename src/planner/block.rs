@@ -226,6 +226,7 @@ struct Ends {
     start: f32,
     end: f32,
     length: f32,
+    is_newest: bool,
 }
 
 impl Ends {
@@ -233,6 +234,7 @@ impl Ends {
         start: f32::INFINITY,
         end: f32::INFINITY,
         length: 0.0,
+        is_newest: false,
     };
 
     /// Highest speed in the span: `v + J t^2 / 2` with `J t^3 / 6` no more than its length. `slow_j`: 1/J.
@@ -324,12 +326,17 @@ fn limit<const N: usize>(
         j: (slow_j, 0.0),
     };
     if r2 > 0.0 {
-        let (mut a, mut j) = ramps(&shares, v, 1.0 / slow_a, 1.0 / slower_j);
+        // The newest block changes with the next one: what it leaves is not looked for, only bounded.
+        let (mut a, mut j) = if ends.is_newest {
+            at_once(&shares, v)
+        } else {
+            ramps(&shares, v, 1.0 / slow_a, 1.0 / slower_j)
+        };
         // Speed is worth little where it leaves nothing to get there.
         for _ in 0..3 {
             let straight = Steep::new(1.0 / slow_a, 1.0 / slow_j, 0.0);
             let slower = Steep::new(a, j, 0.0);
-            if near || slower.time(v) < MOST_TIME * straight.time(v) {
+            if near || ends.is_newest || slower.time(v) < MOST_TIME * straight.time(v) {
                 break;
             }
             v *= 0.96;
@@ -369,8 +376,11 @@ fn ramps<const N: usize>(shares: &[Shares; N], v: f32, a: f32, j: f32) -> (f32, 
             let left = 1.0 - w * w * (w * s.round_j + s.short_j);
             let mixed = along * w * s.mixed_j;
             if x * (mixed + x * s.along_j) > left {
-                x = 2.0 * left
-                    / (mixed + Real::sqrt(mixed * mixed + 4.0 * s.along_j * left));
+                // Newton, from above on a convex function: what it may leave is far below the room taken.
+                for _ in 0..2 {
+                    x = (s.along_j * x * x + left) / (2.0 * s.along_j * x + mixed);
+                }
+                x *= 0.998;
             }
         }
         if time < best * x {
@@ -381,17 +391,37 @@ fn ramps<const N: usize>(shares: &[Shares; N], v: f32, a: f32, j: f32) -> (f32, 
     chosen
 }
 
+/// The same as if the acceleration came at the highest speed.
+fn at_once<const N: usize>(shares: &[Shares; N], v: f32) -> (f32, f32) {
+    let (mut slow_a, mut slow_j) = (0.0f32, 0.0f32);
+    for s in shares {
+        slow_a = greater(slow_a, s.along_a / (1.0 - v * v * s.round_a));
+        // Half of what the curvature leaves of the jerk goes to 3 v A q''.
+        let left = 1.0 - v * v * (v * s.round_j + s.short_j);
+        slow_a = greater(slow_a, 2.0 * v * s.mixed_j / left);
+    }
+    let a = 1.0 / slow_a;
+    for s in shares {
+        let left = 1.0 - v * v * (v * s.round_j + s.short_j) - v * a * s.mixed_j;
+        slow_j = greater(slow_j, s.along_j / left);
+    }
+    (a, 1.0 / slow_j)
+}
+
 /// Shares of a rise at which limits are looked at, and `p + 1/p` where an acceleration may be held.
-const RISE: [(f32, f32); 5] = [
-    (0.2, 5.2),
-    (0.4, 2.9),
-    (0.6, 2.2667),
-    (0.8, 2.05),
-    (1.0, 2.0),
-];
+const RISE: [(f32, f32); 4] = [(0.25, 4.25), (0.5, 2.5), (0.75, 2.0833), (1.0, 2.0)];
 
 fn middle(a: f32, b: f32) -> f32 {
     0.5 * Real::abs(a + b)
+}
+
+/// What may come behind the newest block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Last {
+    /// Another one: its limits are only bounded.
+    Provisional,
+    /// Nothing.
+    Complete,
 }
 
 /// Limits of the body of `block`, between `before` and `after` where there are such.
@@ -400,6 +430,7 @@ pub(super) fn body<const N: usize>(
     before: Option<&[f32; N]>,
     block: &Block<N>,
     after: Option<&Block<N>>,
+    last: Last,
 ) -> Limit {
     let start = before.filter(|_| block.is_wide());
     let end = after.filter(|b| b.is_wide());
@@ -448,6 +479,7 @@ pub(super) fn body<const N: usize>(
             None => 0.0,
         },
         length: block.length,
+        is_newest: after.is_none() && last == Last::Provisional,
     };
     let spare = lesser(share, block.corner.share);
     limit(scaled, &slopes, short, SMOOTH, spare, ends)

@@ -53,7 +53,7 @@ pub use ring::BLOCKS;
 pub use trim::MOST_TRIM;
 
 use crate::math::Real;
-use block::Block;
+use block::{Block, Last};
 use corner::Corner;
 use fixed::types::I32F32;
 use limits::Scaled;
@@ -67,8 +67,12 @@ use trim::Trim;
 
 /// Speeds of two chords that may become one line: within this ratio.
 const SAME_SPEED: f32 = 1.25;
+/// So many samples without a push, and the path may end where it does.
+const QUIET: u8 = 24;
+/// What whole steps may take off the length of a chord, or add to it.
+const ROUNDING: f32 = 2.5;
 /// Moves below this length are none: the next one, or the rest on whole steps at the end, makes up for them.
-const TINY: f32 = 2.5e-4;
+const TINY: f32 = 1.0e-3;
 /// Chords that many tolerances long are not joined by others but on a straight line.
 const SHORT: f32 = 30.0;
 /// Slowest programmed speed [length/ms]: below, a block would outlast the counters.
@@ -182,6 +186,11 @@ pub struct Planner<const N: usize> {
     /// Start of the block before the newest, and what its chords allow, where it ends within a chord.
     behind: Option<([i64; N], Cone<N>)>,
     spacing: Spacing,
+    /// Speed of the newest line when it was long enough to have one [length/ms]; 0 before.
+    pace: f32,
+    /// Samples since the last push.
+    quiet: u8,
+
     /// Standstill before the next block [ms].
     dwell: u32,
     trim: Trim<N>,
@@ -216,6 +225,8 @@ impl<const N: usize> Planner<N> {
             cone: None,
             behind: None,
             spacing: Spacing::NONE,
+            pace: 0.0,
+            quiet: 0,
             dwell: 0,
             trim: Trim::new(),
             trim_share: 0.0,
@@ -266,26 +277,29 @@ impl<const N: usize> Planner<N> {
             None => self.runner.safe_vertex(&self.plan()),
         };
         self.safe = Some(safe);
+        self.quiet = 0;
         let mut spacing = self.spacing;
-        match self.join(&chord, &target, safe, &mut spacing) {
-            Join::Whole { cone, line } => {
+        let full = self.ring.is_full();
+        match self.join(&chord, &target, &mut spacing) {
+            Join::Whole { cone, line } if self.takes(&line, safe) => {
+                if self.pace <= 0.0 && line.length > 4.0 * ROUNDING {
+                    self.pace = line.nominal;
+                }
                 self.cone = Some(cone);
-                self.replace(line);
                 self.counters.merged = self.counters.merged.wrapping_add(1);
             }
-            _ if self.ring.is_full() => return Err(PushError::Full),
+            _ if full => return Err(PushError::Full),
             Join::Part {
                 line,
                 cone,
                 rest,
                 at,
-            } => {
-                self.replace(line);
+            } if self.takes(&line, safe) => {
                 self.behind = Some((self.anchor, cone));
                 self.anchor = at;
                 self.begin(rest, safe);
             }
-            Join::Apart => {
+            _ => {
                 let turns = self.ring.len().checked_sub(1).and_then(|k| self.ring.get(k));
                 if self.dwell == 0
                     && turns.is_some_and(|old| !junction::is_gentle(&self.weight, old, &chord))
@@ -320,6 +334,16 @@ impl<const N: usize> Planner<N> {
     pub fn next(&mut self) -> Option<Sample<N>> {
         if self.state == State::Lost {
             return None;
+        }
+        self.quiet = self.quiet.saturating_add(1);
+        let begins = self.quiet == 1 && self.runner.is_resting();
+        if (self.quiet == QUIET || begins) && self.dwell == 0 {
+            // The path may end here: its last lines are made for it.
+            if !begins {
+                let safe = self.runner.safe_vertex(&self.plan());
+                self.even_out(safe);
+            }
+            self.complete();
         }
         self.replan();
         self.trim.advance();
@@ -609,13 +633,11 @@ impl<const N: usize> Planner<N> {
         })
     }
 
-    /// What becomes of the newest block and the move `chord` to `target` behind it; before vertex `safe` the motion can
-    /// stop. `spacing`: the length that lines are to have, as it is to be from now on.
+    /// What becomes of the newest block and the move `chord` to `target` behind it. `spacing`: the length that lines are to have, as it is to be from now on.
     fn join(
         &self,
         chord: &Block<N>,
         target: &[i64; N],
-        safe: usize,
         spacing: &mut Spacing,
     ) -> Join<N> {
         let n = self.ring.len();
@@ -624,15 +646,10 @@ impl<const N: usize> Planner<N> {
             return Join::Apart;
         };
         let share = lesser(tolerance * resample::SHARE, tolerance - old.outside);
-        if !self.is_open(n - 1, safe) || self.dwell > 0 || share <= 0.0 {
+        if !self.may_change(n - 1) || self.dwell > 0 || share <= 0.0 {
             return Join::Apart;
         }
-        let same = old.rapid == chord.rapid
-            && old.asked == chord.asked
-            && (chord.rapid
-                || (old.nominal < SAME_SPEED * chord.nominal
-                    && chord.nominal < SAME_SPEED * old.nominal));
-        if !same {
+        if !self.is_alike(&old, chord) {
             *spacing = Spacing::NONE;
             return Join::Apart;
         }
@@ -714,10 +731,80 @@ impl<const N: usize> Planner<N> {
         (v * resample::BEAT).max(5.0 * chord).max(stop * (1.0 / 48.0))
     }
 
-    /// Whether block `k` may still be changed: once motion has begun, what it has been planned for stays.
+    /// Whether a chord belongs to the newest line by its speed and tolerance.
+    fn is_alike(&self, old: &Block<N>, chord: &Block<N>) -> bool {
+        if old.rapid != chord.rapid || old.asked != chord.asked {
+            return false;
+        }
+        let close = |a: f32, b: f32| a < SAME_SPEED * b && b < SAME_SPEED * a;
+        if chord.rapid || close(old.nominal, chord.nominal) {
+            return true;
+        }
+        // Between whole steps the length of a short chord is anything; what they make together is not.
+        let whole = (old.length + chord.length) / (old.duration + chord.duration);
+        let rounding = Real::abs(chord.length - chord.duration * whole) <= ROUNDING;
+        rounding && (self.pace <= 0.0 || close(self.pace, whole))
+    }
+
+    /// Whether block `k` is neither run nor next.
+    fn may_change(&self, k: usize) -> bool {
+        let begun = !self.runner.is_resting() || self.runner.x > 0;
+        !begun || k >= 2
+    }
+
+    /// Whether block `k` may be changed without a look at the motion under way, which can stop before vertex `safe`.
     fn is_open(&self, k: usize, safe: usize) -> bool {
         let begun = !self.runner.is_resting() || self.runner.x > 0;
         !begun || k >= 2 && k > safe
+    }
+
+    /// Lets `line` take the place of the newest block; where the motion under way has been planned up to there, only if it
+    /// fits the new plan as well.
+    fn takes(&mut self, line: &Block<N>, safe: usize) -> bool {
+        let Some(k) = self.ring.len().checked_sub(1) else {
+            return false;
+        };
+        if self.is_open(k, safe) {
+            self.replace(*line);
+            return true;
+        }
+        let (Some(old), Some(before)) = (
+            self.ring.get(k).copied(),
+            k.checked_sub(1).and_then(|b| self.ring.get(b)).copied(),
+        ) else {
+            return false;
+        };
+        self.replace(*line);
+        if self.fits() {
+            return true;
+        }
+        for (k, block) in [(k - 1, before), (k, old)] {
+            if let Some(place) = self.ring.get_mut(k) {
+                *place = block;
+            }
+        }
+        self.changed = Some((2 * k).saturating_sub(2));
+        self.backward();
+        false
+    }
+
+    /// Whether the motion under way fits the plan; a ramp down to a former end is cut short where it may.
+    fn fits(&mut self) -> bool {
+        self.backward();
+        let plan = self.plan();
+        if self.state == State::Running
+            && !self.runner.is_bound()
+            && self.runner.descent_end().is_some()
+            && let Some((eased, x, v)) = self.runner.eased()
+            && plan.is_feasible(x, v)
+            && self.runner.fits(&plan, Some(&eased))
+        {
+            self.runner.ease();
+            self.counters.eased = self.counters.eased.wrapping_add(1);
+            self.safe = None;
+            return true;
+        }
+        self.runner.fits(&plan, None)
     }
 
     /// Before a corner, the line that leads up to it and the one before become alike, or one: a short rest of a curve
@@ -798,6 +885,27 @@ impl<const N: usize> Planner<N> {
         });
     }
 
+    /// What the newest block leaves to ramps, in full: nothing may follow it.
+    fn complete(&mut self) {
+        let Some(k) = self.ring.len().checked_sub(1) else {
+            return;
+        };
+        let before = match k.checked_sub(1) {
+            Some(before) => self.ring.get(before).map(|b| b.u),
+            None => self.trace.before,
+        };
+        let Some(mut block) = self.ring.get(k).copied() else {
+            return;
+        };
+        let limit = block::body(&self.scaled, before.as_ref(), &block, None, Last::Complete);
+        block.body.limit((block.length - block.z).max(0.0), limit, true);
+        if let Some(place) = self.ring.get_mut(k) {
+            *place = block;
+        }
+        let changed = 2 * k + 1;
+        self.changed = Some(self.changed.map_or(changed, |c| c.min(changed)));
+    }
+
     /// Moves the corner at the end of the path outward, by half of what its rounding will stay inside: the path then passes
     /// near the programmed vertex, and uses the tolerance on both sides. Returns the chord from there.
     fn swing_out(&mut self, chord: Block<N>, target: &[i64; N], safe: usize) -> Block<N> {
@@ -873,6 +981,7 @@ impl<const N: usize> Planner<N> {
         block.stop = self.dwell > 0 || self.ring.len() == 0;
         self.dwell = 0;
         self.cone = None;
+        self.pace = 0.0;
         self.append(block, safe);
     }
 
@@ -908,7 +1017,7 @@ impl<const N: usize> Planner<N> {
                 through: false,
                 ..block::Span::NONE
             };
-            let limit = block::body(scaled, None, &block, None);
+            let limit = block::body(scaled, None, &block, None, Last::Provisional);
             block.body.limit(block.length, limit, true);
             if let Some(b) = self.ring.get_mut(k) {
                 *b = block;
@@ -939,11 +1048,11 @@ impl<const N: usize> Planner<N> {
                 junction::set_zone(scaled, weight, beyond.as_ref(), &first, &mut before, after);
             }
         }
-        let limit = block::body(scaled, further, &before, Some(&block));
+        let limit = block::body(scaled, further, &before, Some(&block), Last::Provisional);
         before
             .body
             .limit((before.length - before.z - block.z).max(0.0), limit, true);
-        let limit = block::body(scaled, Some(&before.u), &block, None);
+        let limit = block::body(scaled, Some(&before.u), &block, None, Last::Provisional);
         block
             .body
             .limit((block.length - block.z).max(0.0), limit, true);
@@ -958,21 +1067,7 @@ impl<const N: usize> Planner<N> {
     /// Vertex `k` lies so near that the motion under way may not fit its rounding. A ramp down to the former end is cut
     /// short where the new plan allows it; where nothing fits, the vertex stays the stop that it was.
     fn admit(&mut self, k: usize) {
-        self.backward();
-        let plan = self.plan();
-        if self.state == State::Running
-            && !self.runner.is_bound()
-            && self.runner.descent_end().is_some()
-            && let Some((eased, x, v)) = self.runner.eased()
-            && plan.is_feasible(x, v)
-            && self.runner.fits(&plan, Some(&eased))
-        {
-            self.runner.ease();
-            self.counters.eased = self.counters.eased.wrapping_add(1);
-            self.safe = None;
-            return;
-        }
-        if self.runner.fits(&plan, None) {
+        if self.fits() {
             return;
         }
         if let Some(block) = self.ring.get_mut(k) {
@@ -1190,6 +1285,7 @@ impl<const N: usize> Planner<N> {
         }
     }
 
+    pub fn debug_safe(&self) -> (usize, Option<usize>, (f32, u8)) { (self.runner.safe_vertex(&self.plan()), self.safe, self.spacing.debug()) }
     pub fn debug_ramp(&self) -> (f32,f32) { match &self.runner.mode { run::Mode::Ramp(r) => (r.acceleration, r.jerk), _ => (0.0,0.0) } }
     pub fn debug_state(&self) -> (i64, f32, &'static str, Option<(i64,i64,f32,bool)>) {
         (self.runner.x, self.runner.speed(), match &self.runner.mode { run::Mode::Rest => "rest", run::Mode::Cruise{..} => "cruise", run::Mode::Ramp(r) => if r.slows() {"down"} else {"up"} }, self.runner.window.map(|w| (w.t, w.half, profile::speed_of(w.v), w.passed)))

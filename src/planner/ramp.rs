@@ -230,9 +230,4 @@ impl Slack {
             j: (greater(self.j.0, other.j.0), greater(self.j.1, other.j.1)),
         }
     }
-
-    /// Whether `other` takes anything away from it.
-    pub fn is_more_than(&self, other: &Self) -> bool {
-        self.and(other) != *self
-    }
 }

@@ -32,13 +32,15 @@ pub(super) const BEAT: f32 = 8.0;
 const LENGTH: f32 = 2.6;
 /// Lines grow and shrink by at most this factor from one to the next where the path is curved.
 const GROWTH: f32 = 1.2;
+/// Lines grow where the curve allows lines longer by that.
+const LONGER: f32 = 1.15;
 /// Where its curvature would allow lines that much longer, it counts as straight, and lines grow faster.
 const STRAIGHT: f32 = 4.0;
 /// What is kept of the length at which the tolerance cut a line.
 const ROOM: f32 = 0.9;
 /// Chords shorter than this share of a line are cut; longer ones end where they end, for points between them lie
 /// noticeably inside the curve.
-const FINE: f32 = 0.3;
+const FINE: f32 = 0.25;
 /// Turn from one line to the next that is a corner, not a curve; about 40 degrees.
 const CORNER: f32 = 0.7;
 
@@ -149,6 +151,7 @@ impl Spacing {
         }
     }
 
+    pub fn debug(&self) -> (f32, u8) { (self.length, self.straight) }
     /// The tolerance has ended a line of this length.
     pub fn cut(&mut self, length: f32) {
         self.length = self.length.min(ROOM * length);
@@ -175,7 +178,18 @@ impl Spacing {
             } else {
                 enough
             };
-            lesser(most, enough).clamp(h / GROWTH, h * GROWTH)
+            let wanted = lesser(most, enough);
+            // Lines alike are worth more than lines a little longer; a turn is known to a few hundredths only.
+            let due = if self.length < f32::INFINITY {
+                self.length
+            } else {
+                h
+            };
+            if wanted < due || wanted > due * LONGER {
+                wanted.clamp(due / GROWTH, due * GROWTH)
+            } else {
+                due
+            }
         };
     }
 }

@@ -101,12 +101,18 @@ impl<const N: usize> Ring<N> {
 
     /// The corner that span `i` stands for, if it is one that is passed.
     pub fn corner_at(&self, i: usize) -> Option<&Corner> {
-        let block = self.get(i / 2)?;
-        (i.is_multiple_of(2) && block.corner.is_passed()).then_some(&block.corner)
+        if !i.is_multiple_of(2) {
+            return None;
+        }
+        let corner = &self.get(i / 2)?.corner;
+        corner.is_passed().then_some(corner)
     }
 
     pub fn corner_at_mut(&mut self, i: usize) -> Option<&mut Corner> {
-        let block = self.get_mut(i / 2)?;
-        (i.is_multiple_of(2) && block.corner.is_passed()).then_some(&mut block.corner)
+        if !i.is_multiple_of(2) {
+            return None;
+        }
+        let corner = &mut self.get_mut(i / 2)?.corner;
+        corner.is_passed().then_some(corner)
     }
 }

@@ -305,6 +305,7 @@ impl Runner {
         // To some speed in between may take an eighth more than to rest.
         let to_rest = |v: f32, slack: &Slack| slack.at(v, 0.0).distance(v, 0.0) * 1.125;
         let mut needed = to_rest(v, &slack);
+        let mut known = slack;
         while needed > way {
             i += 1;
             let Some(next) = plan.ring.span(i) else {
@@ -312,9 +313,11 @@ impl Runner {
             };
             if span.through && next.through {
                 way += next.length;
-                if slack.is_more_than(&next.slack) {
-                    slack = slack.and(&next.slack);
+                slack = slack.and(&next.slack);
+                // Less slack only adds to what is needed: looked at again where that would do.
+                if needed <= way && known != slack {
                     needed = to_rest(v, &slack);
+                    known = slack;
                 }
             } else {
                 v = lesser(v, next.entry);
@@ -322,6 +325,7 @@ impl Runner {
                 // No ramp down begins in the window behind a corner.
                 way = next.length - i.checked_sub(1).map_or(0.0, |k| plan.calm(k, v));
                 needed = to_rest(v, &slack);
+                known = slack;
             }
             span = next;
         }

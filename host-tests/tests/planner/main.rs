@@ -1,5 +1,6 @@
 //! The planner judged by what it commands: limits, contour, time, ends, holds, overrides, stops.
 
+mod bounds;
 mod figures;
 mod rig;
 

@@ -8,7 +8,8 @@
 //!   |  Controller::poll    path        <- cycles   Motion   -> Waypoint (pose, duration)
 //!   |                      kinematics  <- machines Pose     -> Joints<N>
 //!   |                      planner                 Joints   -> Block<N>
-//!   |                      stepper::Segmenter      Block    -> Segment<N>       float ends here
+//!   |                      shaper                  Sample   -> Sample           each a millisecond
+//!   |                      stepper::Segmenter      Sample   -> Segment<N>       float ends here
 //!   v                                              ---- queue of Segment<N> ----
 //!   | step interrupt       stepper::Interpolator   Segment  -> levels
 //!   v                      stepper::StepPort <- boards      -> pins
@@ -38,6 +39,8 @@ pub mod kinematics;
 pub mod machines;
 
 pub mod planner;
+
+pub mod shaper;
 
 pub mod stepper;
 

@@ -9,12 +9,14 @@
 //!
 //! Some settings bound each other: a pulse width bounds the step rates, a jerk the acceleration. Who has a whole set puts
 //! it in and checks it once; line by line, no consistent set is refused in this order: `$110 ...`, `$120 ...`, `$800 ...`
-//! to next to nothing and the travel to its widest, then all the others, then `$800 ...`, `$120 ...`, `$110 ...` to what
-//! they are to be.
+//! to next to nothing, the travel to its widest and the shapers `$1200 ...` off, then all the others, then `$800 ...`,
+//! `$120 ...`, `$110 ...` and `$1200 ...` to what they are to be.
 
 use crate::error::Error;
 use crate::math::Real;
 use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
+use crate::shaper::design::{MOST_DAMPING, MOST_HZ};
+use crate::shaper::{Design, Kind, Mode, Reason, Refusal, Wish};
 use crate::stepper::{StepMode, Timing};
 use core::fmt::{self, Display, Formatter};
 
@@ -76,9 +78,11 @@ const fn axis(
 
 const POSITIVE: f32 = 1e-6;
 const LARGE: f32 = 1e9;
+/// Lowest frequency that may be set; what a shaper can hold is above it [Hz].
+const LEAST_HZ: f32 = 0.1;
 
 /// The table, ascending.
-pub const TABLE: [Row; 17] = [
+pub const TABLE: [Row; 22] = [
     single(0, "step pulse", "us", (1.0, 25.0), 2.0),
     single(29, "direction set-up", "us", (0.0, 1000.0), 1.0),
     axis(
@@ -169,6 +173,41 @@ pub const TABLE: [Row; 17] = [
         (-LARGE, LARGE),
         (200.0, 360.0),
     ),
+    axis(
+        1200,
+        "shaper (0 off, 1 ZV, 2 ZVD, 3 EI for 5 %)",
+        "",
+        (0.0, 3.0),
+        (0.0, 0.0),
+    ),
+    axis(
+        1210,
+        "frequency of the vibration",
+        "Hz",
+        (LEAST_HZ, MOST_HZ as f32),
+        (25.0, 25.0),
+    ),
+    axis(
+        1220,
+        "damping of the vibration",
+        "",
+        (0.0, MOST_DAMPING as f32),
+        (0.0, 0.0),
+    ),
+    axis(
+        1230,
+        "frequency of a second vibration (0: none)",
+        "Hz",
+        (0.0, MOST_HZ as f32),
+        (0.0, 0.0),
+    ),
+    axis(
+        1240,
+        "damping of the second vibration",
+        "",
+        (0.0, MOST_DAMPING as f32),
+        (0.0, 0.0),
+    ),
 ];
 
 /// Numbers of the rows that code refers to.
@@ -189,6 +228,11 @@ const TRIM_SHARE: usize = 13;
 const TRIM_BOUND: usize = 14;
 const LOWER: usize = 15;
 const UPPER: usize = 16;
+const SHAPER: usize = 17;
+const SHAPER_HZ: usize = 18;
+const SHAPER_DAMPING: usize = 19;
+const SECOND_HZ: usize = 20;
+const SECOND_DAMPING: usize = 21;
 
 /// Motors before this one slide.
 const FIRST_TURNING: usize = 3;
@@ -209,15 +253,32 @@ pub struct Conflict {
     /// The rows, the one to begin with first: a lower limit and a wider travel are always taken.
     rows: &'static [usize],
     motor: usize,
-    /// Where more steps a second are asked for than fit in with pulses of this width and mode: both.
-    rates: Option<(u32, u32)>,
+    cause: Cause,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cause {
+    /// One bounds the other.
+    Bound,
+    /// More steps a second are asked for than fit in with pulses of this width and mode: both.
+    Rates { asked: u32, fit: u32 },
+    /// There is no such shaper, or no room for it beside the others.
+    Shaper(Refusal),
 }
 
 impl Conflict {
     pub fn error(&self) -> Error {
-        match self.rates {
-            Some(_) => Error::StepRate,
-            None => Error::ValueRange,
+        match self.cause {
+            Cause::Rates { .. } => Error::StepRate,
+            Cause::Bound | Cause::Shaper(_) => Error::ValueRange,
+        }
+    }
+
+    /// The shaper that cannot be, if it is one.
+    pub fn shaper(&self) -> Option<Refusal> {
+        match self.cause {
+            Cause::Shaper(refusal) => Some(refusal),
+            _ => None,
         }
     }
 
@@ -235,9 +296,11 @@ impl Display for Conflict {
         for number in self.numbers() {
             write!(out, " ${number}")?;
         }
-        match self.rates {
-            Some((asked, fit)) => write!(out, ": {asked} steps/s, and $0 $1010 allow {fit}"),
-            None => Ok(()),
+        match self.cause {
+            Cause::Rates { asked, fit } => {
+                write!(out, ": {asked} steps/s, and $0 $1010 allow {fit}")
+            }
+            Cause::Bound | Cause::Shaper(_) => Ok(()),
         }
     }
 }
@@ -324,32 +387,51 @@ impl<const N: usize> Settings<N> {
         if row == TURNING && !is_mask(value, N - FIRST_TURNING) {
             return Err(Error::ValueRange);
         }
+        if row == SHAPER && Kind::of(value).is_none() {
+            return Err(Error::ValueRange);
+        }
         self.values[row][axis] = value;
         Ok(())
     }
 
     /// Whether the settings bear each other.
     pub fn check(&self, hz: u32) -> Result<(), Conflict> {
-        let conflict = |rows, motor, rates| Err(Conflict { rows, motor, rates });
+        let conflict = |rows, motor, cause| Err(Conflict { rows, motor, cause });
         match self.limits(hz) {
             // Within the table's ranges a rate is above 0, and faster than any pulse before it is beyond the planner.
             Err(LimitsError::Velocity { joint }) => {
-                let rates = (self.step_rates()[joint] as u32, self.timing(hz).fastest());
-                return conflict(&[RATE, STEPS], joint, Some(rates));
+                let asked = self.step_rates()[joint] as u32;
+                let fit = self.timing(hz).fastest();
+                return conflict(&[RATE, STEPS], joint, Cause::Rates { asked, fit });
             }
             Err(LimitsError::Acceleration { joint }) => {
-                return conflict(&[ACCELERATION, STEPS], joint, None);
+                return conflict(&[ACCELERATION, STEPS], joint, Cause::Bound);
             }
-            Err(LimitsError::Jerk { joint }) => return conflict(&[JERK, STEPS], joint, None),
+            Err(LimitsError::Jerk { joint }) => {
+                return conflict(&[JERK, STEPS], joint, Cause::Bound);
+            }
             Err(LimitsError::Contradictory { joint }) => {
-                return conflict(&[RATE, ACCELERATION, JERK], joint, None);
+                return conflict(&[RATE, ACCELERATION, JERK], joint, Cause::Bound);
             }
             Ok(_) => {}
         }
         let (lower, upper) = self.travel();
-        match lower.iter().zip(upper).position(|(lo, hi)| *lo > hi) {
-            Some(motor) => conflict(&[LOWER, UPPER], motor, None),
-            None => Ok(()),
+        if let Some(motor) = lower.iter().zip(upper).position(|(lo, hi)| *lo > hi) {
+            return conflict(&[LOWER, UPPER], motor, Cause::Bound);
+        }
+        match self.shapers() {
+            Ok(_) => Ok(()),
+            Err(refusal) => {
+                let rows: &[usize] = match refusal.reason {
+                    Reason::Kind => &[SHAPER],
+                    Reason::Frequency => &[SHAPER, SHAPER_HZ, SECOND_HZ],
+                    Reason::Damping => &[SHAPER, SHAPER_DAMPING, SECOND_DAMPING],
+                    Reason::TooLong { .. } => {
+                        &[SHAPER, SHAPER_HZ, SHAPER_DAMPING, SECOND_HZ, SECOND_DAMPING]
+                    }
+                };
+                conflict(rows, refusal.joint, Cause::Shaper(refusal))
+            }
         }
     }
 
@@ -434,6 +516,39 @@ impl<const N: usize> Settings<N> {
     pub fn trim_bound(&self) -> [i32; N] {
         let bound = |i| Real::round(self.values[TRIM_BOUND][i] * self.values[STEPS][i]) as i32;
         core::array::from_fn(|i| bound(i).min(MOST_TRIM))
+    }
+
+    /// What the motors' commands are shaped by.
+    pub fn shapers(&self) -> Result<Design<N>, Refusal> {
+        let mut wishes = [Wish::default(); N];
+        for (joint, wish) in wishes.iter_mut().enumerate() {
+            let mode = |hz: usize, damping: usize| Mode {
+                hz: self.values[hz][joint],
+                damping: self.values[damping][joint],
+            };
+            let second = mode(SECOND_HZ, SECOND_DAMPING);
+            *wish = Wish {
+                kind: Kind::of(self.values[SHAPER][joint]).ok_or(Refusal {
+                    joint,
+                    reason: Reason::Kind,
+                })?,
+                first: mode(SHAPER_HZ, SHAPER_DAMPING),
+                second: (second.hz > 0.0).then_some(second),
+            };
+        }
+        Design::new(&wishes, &self.step_rates())
+    }
+
+    /// Why a value beyond the range of its own is refused, if the number is one of a shaper.
+    pub fn shaper_of(number: u16) -> Option<Refusal> {
+        let (row, joint) = find::<N>(number)?;
+        let reason = match row {
+            SHAPER => Reason::Kind,
+            SHAPER_HZ | SECOND_HZ => Reason::Frequency,
+            SHAPER_DAMPING | SECOND_DAMPING => Reason::Damping,
+            _ => return None,
+        };
+        Some(Refusal { joint, reason })
     }
 
     /// Steps per mm or degree.

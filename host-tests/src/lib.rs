@@ -6,6 +6,7 @@ pub mod duel;
 pub mod emulator;
 pub mod export;
 pub mod files;
+pub mod flexible;
 pub mod frechet;
 pub mod job;
 pub mod lines;

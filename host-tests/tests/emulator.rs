@@ -597,7 +597,7 @@ fn a_stretch_of_every_job_with_poses_makes_the_pulses_of_the_host_tick_for_tick(
 #[test]
 fn a_stretch_of_every_path_of_joints_makes_the_pulses_of_the_host_tick_for_tick() {
     let Some(firmware) = firmware() else { return };
-    for name in ["stop-to-stop", "circle", "trochoid"] {
+    for name in ["stop-to-stop", "circle", "trochoid", "flexible"] {
         let file = format!("{}/jobs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let job = Job::load(file.as_ref()).unwrap();
         let Task::Path(path) = &job.task else {

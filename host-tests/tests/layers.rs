@@ -5,13 +5,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Stages in the order in which data flows, and the base below them all.
-const STAGES: [&str; 7] = [
+const STAGES: [&str; 8] = [
     "controller",
     "protocol",
     "program",
     "path",
     "kinematics",
     "planner",
+    "shaper",
     "stepper",
 ];
 const BASE: [&str; 6] = ["board", "error", "geometry", "joints", "math", "settings"];
@@ -88,7 +89,7 @@ fn no_stage_uses_one_above_it() {
                     // The board and the settings speak of the stages that they serve.
                     None => {
                         ["board", "settings"].contains(&module.as_str())
-                            && ["planner", "stepper"].contains(&other.as_str())
+                            && ["planner", "shaper", "stepper"].contains(&other.as_str())
                     }
                 },
             };

@@ -32,7 +32,14 @@ fn said(lines: &[String]) -> Trace<6> {
 /// A job whose planning is the host's, or which the machine has of its own: the same counts as when the host runs it.
 #[test]
 fn the_lines_of_a_job_end_where_the_job_ends() {
-    for name in ["drill-point", "counts", "trochoid", "two-sided", "arm-path"] {
+    for name in [
+        "drill-point",
+        "counts",
+        "trochoid",
+        "flexible",
+        "two-sided",
+        "arm-path",
+    ] {
         let job = job(name);
 
         let trace = said(&lines::of(&job).unwrap());

@@ -102,6 +102,8 @@ fn set_up<const N: usize>(machine: &mut Machine<'_, N>, case: &Case) {
         ask(machine, &format!("${}=-100000", 1040 + motor));
         ask(machine, &format!("${}=100000", 1050 + motor));
     }
+    // Rapids would round off turns of a few steps.
+    ask(machine, "$1005=0");
     ask(machine, "$0=1");
     ask(machine, &format!("$29={}", case.setup_us));
     ask(machine, &format!("$1011={}", case.hold_us));

@@ -1,7 +1,7 @@
 //! Lines -> what is to be done, and their answers.
 
 use super::answers::LONGEST_ANSWER;
-use super::trims::Follow;
+use super::trims::{Follow, letter};
 use super::{Controller, Job, StreamError};
 use crate::board::Board;
 use crate::error::Error;
@@ -10,8 +10,11 @@ use crate::program::processes::Processes;
 use crate::program::words::{BadSteps, Decimal, STEP_PLACES};
 use crate::protocol::cue::{Cue, CueError};
 use crate::protocol::system::{self, Command};
-use crate::settings::LETTERS;
+use crate::settings::{LETTERS, Settings};
+use crate::shaper::design::{MOST_DAMPING, MOST_DAMPING_EI, MOST_HZ};
+use crate::shaper::{HISTORY, LONGEST, Reason, Refusal};
 use crate::stepper::{CountError, CountLine, Preset};
+use core::fmt::Arguments;
 use fixed::types::I32F32;
 
 /// When a line is answered.
@@ -24,7 +27,9 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     /// Whether a line may be taken now: at rest, or as the next target of a stream.
     pub(super) fn takes_lines(&self) -> bool {
         let free = match &self.job {
-            Job::None => self.planner.is_idle() && self.pending.is_none(),
+            Job::None => {
+                self.planner.is_idle() && self.shaper.is_settled() && self.pending.is_none()
+            }
             Job::Stream { waiting, .. } => waiting.is_none(),
             Job::Process { .. } => !self.processes.owes_answer(),
             _ => false,
@@ -198,7 +203,8 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
 
     /// Whether a motion may begin: nothing else is under way, nothing is locked.
     pub(super) fn may_move(&mut self) -> Result<(), Error> {
-        if !matches!(self.job, Job::None) || !self.planner.is_idle() || self.planner.is_held() {
+        let rests = self.planner.is_idle() && self.shaper.is_settled();
+        if !matches!(self.job, Job::None) || !rests || self.planner.is_held() {
             return Err(Error::NotIdle);
         }
         if self.alarm.is_some() {
@@ -218,13 +224,45 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             return Err(Error::NotIdle);
         }
         let mut settings = self.settings.clone();
-        settings.put(number, value)?;
+        if let Err(error) = settings.put(number, value) {
+            if let Some(refusal) = Settings::<N>::shaper_of(number) {
+                self.say_shaper(refusal, format_args!(""));
+            }
+            return Err(error);
+        }
         settings.check(B::TICK_HZ).map_err(|conflict| {
-            self.answers
-                .line(format_args!("[MSG:${number} refused: {conflict}]"));
+            match conflict.shaper() {
+                Some(refusal) => self.say_shaper(refusal, format_args!("; {conflict}")),
+                None => self
+                    .answers
+                    .line(format_args!("[MSG:${number} refused: {conflict}]")),
+            }
             conflict.error()
         })?;
         self.configure(settings)
+    }
+
+    /// Why a shaper's setting is refused, by name, and what bounds it.
+    fn say_shaper(&mut self, refusal: Refusal, bounds: Arguments<'_>) {
+        let (name, letter) = (refusal.reason.name(), letter(refusal.joint));
+        match refusal.reason {
+            Reason::Kind => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: expected 0 off, 1 ZV, 2 ZVD, 3 EI{bounds}]"
+            )),
+            Reason::Frequency => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: expected 0.1 to {} Hz, below half of 1000 samples a second{bounds}]",
+                Decimal(MOST_HZ as f32)
+            )),
+            Reason::Damping => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: expected 0 to {}, for EI to {}{bounds}]",
+                Decimal(MOST_DAMPING as f32),
+                Decimal(MOST_DAMPING_EI as f32)
+            )),
+            Reason::TooLong { samples } => self.answers.line(format_args!(
+                "[MSG:{name} {letter}: {samples} ms, expected at most {LONGEST}, {} of all motors; higher frequencies are shorter{bounds}]",
+                (HISTORY - 1) * N
+            )),
+        }
     }
 
     fn count_line(

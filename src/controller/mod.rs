@@ -30,6 +30,7 @@ use crate::protocol::cue::Cues;
 use crate::protocol::report::State;
 use crate::protocol::{LineReader, RealTime};
 use crate::settings::{AXES, Settings};
+use crate::shaper::Shaper;
 use crate::stepper::interpolator::Instant;
 use crate::stepper::{CountLine, SegmentSender, Segmenter, Shared};
 use answers::Answers;
@@ -92,6 +93,7 @@ pub struct Controller<'a, B: Board, const N: usize = AXES, P: Processes<N> = NoP
     planner: &'a mut Planner<N>,
     /// A sample that found no room in the queue.
     pending: Option<Sample<N>>,
+    shaper: Shaper<N>,
     segmenter: Segmenter<N>,
     segments: SegmentSender<'a, N>,
     shared: &'a Shared,
@@ -148,6 +150,7 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             cuts: false,
             planner,
             pending: None,
+            shaper: Shaper::new(),
             segmenter: Segmenter::new(settings.timing(B::TICK_HZ)),
             segments,
             shared,
@@ -208,7 +211,9 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             State::Alarm
         } else if self.planner.is_held() {
             State::Hold {
-                moving: !self.planner.is_at_rest() || !self.motors_rest(),
+                moving: !self.planner.is_at_rest()
+                    || !self.shaper.is_settled()
+                    || !self.motors_rest(),
             }
         } else if !self.is_moving() {
             State::Idle
@@ -263,6 +268,7 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
         !matches!(self.job, Job::None)
             || !self.planner.is_idle()
             || self.pending.is_some()
+            || !self.shaper.is_settled()
             || !self.motors_rest()
     }
 
@@ -281,6 +287,8 @@ impl<'a, B: Board, const N: usize, P: Processes<N>> Controller<'a, B, N, P> {
             return Err(Error::NotIdle);
         }
         let limits = settings.limits(B::TICK_HZ).map_err(|_| Error::ValueRange)?;
+        let shapers = settings.shapers().map_err(|_| Error::ValueRange)?;
+        self.shaper.set(shapers);
         self.segmenter.set_timing(settings.timing(B::TICK_HZ));
         self.board.set_step_mode(settings.step_mode());
         self.planner.set_limits(limits);

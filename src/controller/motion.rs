@@ -1,4 +1,4 @@
-//! Jobs, streams, jogs and probe moves -> planner -> segmenter -> queue.
+//! Jobs, streams, jogs and probe moves -> planner -> shaper -> segmenter -> queue.
 
 use super::{Controller, Job};
 use crate::board::Board;
@@ -12,7 +12,11 @@ use crate::program::processes::Processes;
 use crate::program::words::Decimal;
 use crate::protocol::cue::{Action, Cue, CueError};
 use crate::settings::AXES;
+use crate::shaper::design::RATE;
 use fixed::types::I32F32;
+
+// The planner's samples are the shaper's.
+const _: () = assert!(RATE == SAMPLES_PER_SECOND);
 
 /// A ground flank shows a micrometre: the contour of a drill is kept to it, whatever is set for other paths [mm].
 const DRILL_TOLERANCE: f32 = 0.001;
@@ -260,7 +264,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         }
     }
 
-    /// Planner -> segmenter, or a line of counts, as far as the queue has room.
+    /// Planner -> shaper -> segmenter, or a line of counts, as far as the queue has room.
     pub(super) fn feed_segments(&mut self) -> bool {
         let before = self.segmenter.sent();
         if let Job::Counts(line) = &mut self.job {
@@ -322,17 +326,19 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             _ => true,
         };
         let halts = self.planner.is_held() || self.planner.is_stopping();
-        if !flows || self.planner.is_idle() && !halts {
+        if !flows || self.planner.is_idle() && !halts && self.shaper.is_settled() {
             return None;
         }
         while let Some(action) = self.cues.due() {
             self.act(action);
         }
+        self.shaper.begin_at(&self.planner.position());
         let sample = self.planner.next();
         // Not at rest: a sensor's noise would never let the motors come to it.
         if sample.is_some() && self.planner.is_on_its_way() {
             self.tick_trims();
         }
+        let sample = self.shaped(sample);
         let held = self.planner.is_held();
         if let Job::Stream { begun, .. } | Job::Process { begun, .. } = &mut self.job {
             *begun = sample.is_some() || *begun && held;
@@ -348,6 +354,23 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
             self.cues.tick();
         }
         sample
+    }
+
+    /// The shaped sample; behind the planner's last one, as many as the shaper takes to come to rest there.
+    fn shaped(&mut self, sample: Option<Sample<N>>) -> Option<Sample<N>> {
+        let Sample { position, last } = match sample {
+            Some(sample) => sample,
+            None if self.shaper.is_settled() => return None,
+            None => Sample {
+                position: self.planner.position(),
+                last: true,
+            },
+        };
+        let position = self.shaper.push(&position);
+        Some(Sample {
+            position,
+            last: last && self.shaper.is_settled(),
+        })
     }
 
     fn act(&mut self, action: Action) {
@@ -439,7 +462,8 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
                 | Job::Process { .. }
                 | Job::Counts(_)
         );
-        if open || !self.planner.is_idle() || self.planner.is_held() || self.pending.is_some() {
+        let gives = !self.planner.is_idle() || !self.shaper.is_settled() || self.pending.is_some();
+        if open || gives || self.planner.is_held() {
             return false;
         }
         if !self.motors_rest() {

@@ -81,7 +81,8 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         if self.stopping.is_some() || self.resetting {
             return;
         }
-        let rests = self.planner.is_at_rest() && self.pending.is_none() && self.motors_rest();
+        let gives = !self.planner.is_at_rest() || !self.shaper.is_settled();
+        let rests = !gives && self.pending.is_none() && self.motors_rest();
         if !rests {
             self.stop_now(Alarm::StoppedInMotion);
         } else if self.is_moving() || self.planner.is_held() {
@@ -102,6 +103,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
         self.shared.stop();
         self.stopping = Some(alarm);
         self.planner.abort();
+        self.shaper.clear();
         self.job = Job::None;
         self.processes.stop();
         self.pending = None;

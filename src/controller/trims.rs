@@ -365,7 +365,7 @@ impl<B: Board, const N: usize, P: Processes<N>> Controller<'_, B, N, P> {
     }
 }
 
-fn letter(motor: usize) -> char {
+pub(super) fn letter(motor: usize) -> char {
     LETTERS
         .as_bytes()
         .get(motor)

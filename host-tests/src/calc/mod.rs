@@ -21,6 +21,7 @@ mod mirror;
 mod precession;
 pub mod request;
 pub mod schema;
+mod shaper;
 mod surface;
 
 pub use answer::{Answer, Fault};
@@ -41,6 +42,7 @@ const TOPICS: &[&[Function]] = &[
     mirror::FUNCTIONS,
     mirror::trim::FUNCTIONS,
     precession::FUNCTIONS,
+    shaper::FUNCTIONS,
     surface::FUNCTIONS,
 ];
 

@@ -40,6 +40,7 @@ pub const DELIVERED: &[Delivered] = &[
     delivered!("stop-to-stop"),
     delivered!("circle"),
     delivered!("trochoid"),
+    delivered!("flexible"),
     delivered!("frustum"),
     delivered!("pole-crossing"),
     delivered!("arm-path"),

@@ -23,6 +23,7 @@ mod points;
 mod poses;
 mod precession;
 mod reader;
+mod shaping;
 mod surface;
 
 pub use axes::{AxisLimits, Contour, FIRST_TURNING, MOTORS, unit};
@@ -35,6 +36,7 @@ pub use path::{Block, PathJob};
 pub use points::{Pace, PathPoint};
 pub use poses::{Motion, PoseRow, PosesJob};
 pub use precession::PrecessionJob;
+pub use shaping::{FlexibleJoint, SHAPERS, Shaping};
 pub use surface::SurfaceJob;
 
 use crate::machine::TICK_HZ;

@@ -12,6 +12,7 @@ use super::csv::Csv;
 use super::cues::read_cues;
 use super::points::{LONGEST_DWELL, MOST_POINTS, Pace, PathPoint, Row, circle, read_csv, trochoid};
 use super::reader::{Kind, Table};
+use super::shaping::{SHAPING, Shaping};
 use super::{Job, JobError, Place, Places};
 use fixed::types::I32F32;
 use hexstep::joints::whole_steps;
@@ -28,6 +29,7 @@ pub struct PathJob {
     pub joints: Vec<usize>,
     pub axes: [AxisLimits; 6],
     pub contour: Contour,
+    pub shaping: Shaping,
     pub points: Vec<PathPoint>,
     pub cues: Vec<Cue>,
     /// One for each point.
@@ -76,7 +78,7 @@ impl PathJob {
         places: &Places,
     ) -> Result<Self, JobError> {
         let [machine, path] = [root.table("machine")?, root.table("path")?];
-        machine.known(&[AXES, CONTOUR].concat())?;
+        machine.known(&[AXES, CONTOUR, SHAPING].concat())?;
         path.known(&[
             "tolerance",
             "rapid_tolerance",
@@ -96,6 +98,7 @@ impl PathJob {
         } = read_points(root, &path, pace, places)?;
         let axes = read_axes_of(&joints, &machine, timing, places)?;
         let contour = read_contour(&machine, &path, &axes, places)?;
+        let shaping = Shaping::read(&joints, &names, &machine, places)?;
         let cues = read_cues(root, &names, &axes, &contour, places)?;
         for cue in &cues {
             if let Action::Trim { motor, .. } = cue.action {
@@ -105,6 +108,7 @@ impl PathJob {
         joints.sort_unstable();
         joints.dedup();
         let mut job = Self {
+            shaping,
             names,
             joints,
             cues,

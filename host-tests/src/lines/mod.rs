@@ -172,9 +172,14 @@ pub fn setting_lines<const N: usize>(settings: &Settings<N>) -> Vec<String> {
     let mut set: Vec<String> = LIMITS.iter().flat_map(|n| to(*n, "0.000001")).collect();
     set.extend(to(1040, "-1000000000"));
     set.extend(to(1050, "1000000000"));
-    let others = settings.all().filter(|(n, _)| !is_limit(*n) && *n != 1012);
+    // A shaper that is off takes any frequency and damping.
+    set.extend(to(1200, "0"));
+    let shapers = 1200..1200 + motors;
+    let others = settings
+        .all()
+        .filter(|(n, _)| !is_limit(*n) && !shapers.contains(n) && *n != 1012);
     set.extend(others.map(line));
-    for first in LIMITS.into_iter().rev() {
+    for first in LIMITS.into_iter().rev().chain([1200]) {
         let own = first..first + motors;
         set.extend(settings.all().filter(|(n, _)| own.contains(n)).map(line));
     }

@@ -16,6 +16,7 @@ mod path;
 mod poses;
 mod precession;
 mod ruling;
+mod shaping;
 mod space;
 mod surface;
 
@@ -33,6 +34,7 @@ pub use path::PathFigures;
 pub use poses::PosesFigures;
 pub use precession::PrecessionFigures;
 pub use ruling::{Limit, Ruler, Ruling};
+pub use shaping::ShapingFigures;
 pub use space::Space;
 pub use surface::SurfaceFigures;
 

@@ -4,6 +4,7 @@ use super::bounds::Bounds;
 use super::contour::ContourError;
 use super::motors::{Channel, Motors, Quantity, end_cell, told_end, window_for};
 use super::ruling::{Limit, RULES, Ruler, Ruling};
+use super::shaping::ShapingFigures;
 use super::{Cell, Report};
 use crate::job::{FIRST_TURNING, Job, Pace, PathJob};
 use crate::plot::{Chart, Drawing, Pen, Strip, colour, number};
@@ -21,6 +22,8 @@ pub struct PathFigures<'a> {
     pub contour: ContourError,
     pub bounds: Bounds,
     pub ruling: Ruling,
+    /// What the shapers do, where the job has some.
+    pub shaping: Option<ShapingFigures<'a>>,
     /// Time that the simulation itself took [s].
     pub wall: f64,
 }
@@ -53,6 +56,7 @@ impl<'a> PathFigures<'a> {
             bounds: Bounds::of(path),
             motors,
             contour,
+            shaping: ShapingFigures::of(path, outcome),
             job,
             path,
             outcome,
@@ -101,9 +105,10 @@ impl<'a> PathFigures<'a> {
         counts.map(i64::from) == self.outcome.trace.positions() && (free || Some(counts) == end)
     }
 
-    /// Tolerance and one step [mm]: what the contour may be off.
+    /// Tolerance and one step [mm], and what shaping takes the path off: what the contour may be off.
     pub fn allowed(&self) -> f64 {
-        self.path.tolerance() + self.path.step()
+        let shaping = self.shaping.as_ref().map_or(0.0, |s| s.error.largest);
+        self.path.tolerance() + self.path.step() + shaping
     }
 
     /// Whether the contour is within [`Self::allowed`]; a trim is meant to leave it.
@@ -159,11 +164,12 @@ impl<'a> PathFigures<'a> {
             format!("ruled    {}", self.told_ruling()),
             self.motors.told_pulses(trace.ticks(), self.wall),
             format!(
-                "contour  off the path by at most {:.2} µm, points by {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}",
+                "contour  off the path by at most {:.2} µm, points by {:.2} µm; tolerance {:.2} µm and a step of {:.2} µm{}{}",
                 self.contour.largest * 1e3,
                 self.contour.cut * 1e3,
                 self.path.tolerance() * 1e3,
                 self.path.step() * 1e3,
+                self.told_share(),
                 if self.keeps_contour() {
                     ""
                 } else {
@@ -171,10 +177,28 @@ impl<'a> PathFigures<'a> {
                 }
             ),
             told_end(self.is_exact(), self.outcome.starved),
-            String::new(),
         ];
+        if let Some(shaping) = &self.shaping {
+            lines.extend(shaping.lines());
+        }
+        lines.push(String::new());
         lines.extend(self.motors.limits_in_lines("motor"));
         lines
+    }
+
+    fn told_limit(&self) -> &'static str {
+        if self.shaping.is_some() {
+            "tolerance; tolerance, a step and shaping"
+        } else {
+            "tolerance; tolerance and a step"
+        }
+    }
+
+    /// What of the contour error may be the shapers'.
+    fn told_share(&self) -> String {
+        self.shaping.as_ref().map_or_else(String::new, |shaping| {
+            format!(", {} µm by shaping", number(shaping.error.largest * 1e3, 2))
+        })
     }
 
     fn told_path(&self) -> String {
@@ -265,6 +289,9 @@ impl<'a> PathFigures<'a> {
         );
         self.overview(&mut report);
         self.contour_section(&mut report);
+        if let Some(shaping) = &self.shaping {
+            shaping.section(&mut report);
+        }
         self.motion_section(&mut report);
         self.pulse_section(&mut report);
         report.html()
@@ -273,11 +300,12 @@ impl<'a> PathFigures<'a> {
     fn overview(&self, report: &mut Report) {
         let trace = &self.outcome.trace;
         let contour = format!(
-            "at most {} µm off, programmed points at most {} µm; tolerance {} µm and a step of {} µm",
+            "at most {} µm off, programmed points at most {} µm; tolerance {} µm and a step of {} µm{}",
             number(self.contour.largest * 1e3, 2),
             number(self.contour.cut * 1e3, 2),
             number(self.path.tolerance() * 1e3, 2),
-            number(self.path.step() * 1e3, 2)
+            number(self.path.step() * 1e3, 2),
+            self.told_share()
         );
         let verdict = self.told_verdict();
         let mut rows: Vec<(&str, Cell)> = vec![
@@ -308,6 +336,7 @@ impl<'a> PathFigures<'a> {
                 format!("{} times", self.outcome.starved).into(),
             ),
         ];
+        rows.extend(self.shaping.iter().flat_map(ShapingFigures::rows));
         for cue in &self.path.cues {
             rows.push(("Cue", self.told_cue(cue).into()));
         }
@@ -331,7 +360,7 @@ impl<'a> PathFigures<'a> {
             .x_range(from, to)
             .y_range(0.0, 1.15 * (self.allowed().max(self.contour.largest) * 1e3))
             .line("contour error", colour(0), micrometres)
-            .limit("tolerance; tolerance and a step", self.allowed() * 1e3);
+            .limit(self.told_limit(), self.allowed() * 1e3);
         if tolerance > 0.0 {
             // A step above it stands the label of both.
             chart = chart.limit("", tolerance);

@@ -27,6 +27,8 @@ use hexstep::stepper::Preset;
 #[derive(Clone, Debug)]
 pub struct Outcome {
     pub trace: Trace<6>,
+    /// The same path without shapers, where the job has some: what they gain, and what they cost the contour.
+    pub unshaped: Option<Trace<6>>,
     /// Steps of each motor as the foreground's books have them.
     pub counts: [i32; 6],
     /// Times that the queue ran dry in motion; must be 0.
@@ -72,6 +74,7 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         let pair = run_pair(job, mirror, walls, progress)?;
         return Ok(Outcome {
             trace: Trace::new(job.timing.mode),
+            unshaped: None,
             counts: [0; 6],
             starved: pair.as_ref().map_or(0, |pair| pair.starved),
             poses: None,
@@ -109,6 +112,7 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
     })?;
     let poses = plan.map(|(_, plan, _)| RunPoses { plan, start });
     Ok(Outcome {
+        unshaped: unshaped(job)?,
         trace,
         counts,
         starved,
@@ -116,6 +120,21 @@ pub fn run(job: &Job, progress: Progress<'_>) -> Result<Outcome, JobError> {
         made,
         pair: None,
     })
+}
+
+/// The pulses of a path job with every shaper off; `None` where none is on.
+fn unshaped(job: &Job) -> Result<Option<Trace<6>>, JobError> {
+    let Task::Path(path) = &job.task else {
+        return Ok(None);
+    };
+    if !path.shaping.is_on() {
+        return Ok(None);
+    }
+    let mut bare = path.clone();
+    bare.shaping = path.shaping.off();
+    let mut job = job.clone();
+    job.task = Task::Path(bare);
+    run(&job, &mut |_, _| {}).map(|outcome| Some(outcome.trace))
 }
 
 /// How a simulated panel is milled by pulses: what its bias was found to be is corrected.

@@ -1,10 +1,12 @@
 //! What a job says of its machine -> the machine's settings, each under its number.
 
-use crate::job::{AxisLimits, Contour, Job, JobError, PosesJob, Task};
+use crate::job::{AxisLimits, Contour, Job, JobError, PosesJob, Shaping, Task};
 use crate::machine::TICK_HZ;
 use crate::poses::Plan;
 use crate::trace::seconds;
 use hexstep::settings::Settings;
+use hexstep::shaper::design::{MOST_DAMPING, MOST_DAMPING_EI, MOST_HZ};
+use hexstep::shaper::{HISTORY, LONGEST, Reason};
 use hexstep::stepper::StepMode;
 
 /// A number of the machine's table, a value, and the key of the job that it comes from.
@@ -21,6 +23,7 @@ pub fn settings(job: &Job, plan: Option<(&PosesJob, &Plan)>) -> Result<Settings,
         Task::Path(path) => {
             values.extend(axis_values(&path.axes));
             values.extend(contour_values(&path.contour, "path"));
+            values.extend(shaping_values(&path.shaping));
         }
         Task::Poses(_) | Task::Surface(_) | Task::Precession(_) => {
             if let Some((poses, plan)) = plan {
@@ -58,6 +61,9 @@ pub(crate) fn apply<const N: usize>(
     // As a set: in no order could all values that bound each other meet only those they are to be with.
     for (number, value, key) in &values {
         settings.put(*number, *value).map_err(|error| {
+            if let Some(refusal) = Settings::<N>::shaper_of(*number) {
+                return job.refuse(key, refusal.reason.name(), told_refusal(refusal.reason));
+            }
             let detail = format!(
                 "the machine does not take this value (${number}, error {}); see `$$` for its ranges",
                 error.number()
@@ -69,6 +75,10 @@ pub(crate) fn apply<const N: usize>(
         let first = conflict.numbers().next();
         let blamed = values.iter().find(|(number, ..)| Some(*number) == first);
         let key = blamed.map_or("stepper", |(.., key)| key);
+        if let Some(refusal) = conflict.shaper() {
+            let detail = format!("{}; {conflict}", told_refusal(refusal.reason));
+            return job.refuse(key, refusal.reason.name(), detail);
+        }
         let detail = format!(
             "the machine does not take these values together, {conflict} (error {})",
             conflict.error().number()
@@ -76,6 +86,25 @@ pub(crate) fn apply<const N: usize>(
         job.refuse(key, "OutOfRange", detail)
     })?;
     Ok(settings)
+}
+
+/// Why there is no such shaper, and what to do.
+fn told_refusal(reason: Reason) -> String {
+    match reason {
+        Reason::Kind => "there is no such shaper; take off, zv, zvd or ei".into(),
+        Reason::Frequency => {
+            format!(
+                "expected a frequency from 0.1 to {MOST_HZ} Hz, below half of 1000 samples a second"
+            )
+        }
+        Reason::Damping => {
+            format!("expected a damping from 0 to {MOST_DAMPING}, for ei to {MOST_DAMPING_EI}")
+        }
+        Reason::TooLong { samples } => format!(
+            "a shaper of {samples} ms is longer than {LONGEST} ms, or all together are longer than {} ms; raise the frequency or shape fewer joints",
+            (HISTORY - 1) * 6
+        ),
+    }
 }
 
 /// `[stepper]`
@@ -128,5 +157,23 @@ fn contour_values(contour: &Contour, path: &str) -> Vec<Value> {
         let key = format!("machine.trim[{motor}]");
         (1030 + motor, trim as f32, key)
     }));
+    values
+}
+
+/// `[machine]`: what the commands are shaped by. A shaper is switched on when it has all of its numbers.
+fn shaping_values(shaping: &Shaping) -> Vec<Value> {
+    let mut values = Vec::new();
+    for (number, name, of) in [
+        (1210, "shaper_hz", shaping.first.map(|mode| mode.0)),
+        (1220, "shaper_damping", shaping.first.map(|mode| mode.1)),
+        (1230, "shaper_hz_2", shaping.second.map(|mode| mode.0)),
+        (1240, "shaper_damping_2", shaping.second.map(|mode| mode.1)),
+        (1200, "shaper", shaping.kinds.map(|kind| kind as f64)),
+    ] {
+        values.extend((0u16..).zip(of).map(|(motor, value)| {
+            let key = format!("machine.{name}[{motor}]");
+            (number + motor, value as f32, key)
+        }));
+    }
     values
 }

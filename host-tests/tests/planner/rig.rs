@@ -214,7 +214,7 @@ pub fn random_program(seed: u64) -> Program<6> {
     let path = PathSetting::new(weight, tolerance).unwrap();
     let count = 2 + r.scale(1.0, 499.0) as usize;
     // Every third program has targets between steps.
-    let between = seed % 3 == 0;
+    let between = seed.is_multiple_of(3);
     let mut blocks = Vec::new();
     let mut q = [0.0f64; 6];
     let mut kind = 0;

@@ -108,12 +108,12 @@ pub const FIGURES: &[Figure] = &[
     figure("surface_rows_soft_seconds", "s", AtMost(0.2), "the same, soft job"),
     figure("surface_residual_hard_seconds", "s", AtMost(2.0), "residual of the hard job at 60 stations"),
     figure("arm_against_peer_ratio", "of the peer's time", AtMost(1.0), "eight branches of the arm against rs-opw-kinematics, f64, this machine"),
-    figure("firmware_flash_bytes", "bytes", AtMost(96.0 * 1024.0), "code and constants"),
-    figure("firmware_ram_bytes", "bytes", AtMost(48.0 * 1024.0), "statics, without the stack"),
-    figure("arm_flash_bytes", "bytes", AtMost(144.0 * 1024.0), "the same for the board in an arm: precession, surface grinding"),
+    figure("firmware_flash_bytes", "bytes", AtMost(128.0 * 1024.0), "code and constants, of 1 MiB: corners rounded in time, targets between steps, shaping"),
+    figure("firmware_ram_bytes", "bytes", AtMost(52_408.0), "statics, without the stack: at most a tenth above 47 644, with 64 blocks and a shaper's history"),
+    figure("arm_flash_bytes", "bytes", AtMost(176.0 * 1024.0), "the same for the board in an arm: precession, surface grinding"),
     figure("arm_ram_bytes", "bytes", AtMost(56.0 * 1024.0), "of 128 KiB, 60 of them kept for the stack"),
-    figure("octopus_flash_bytes", "bytes", AtMost(144.0 * 1024.0), "the same for the Octopus: eight motors, the two-sided machine"),
-    figure("octopus_ram_bytes", "bytes", AtMost(68.0 * 1024.0), "of 128 KiB, 60 of them kept for the stack"),
+    figure("octopus_flash_bytes", "bytes", AtMost(176.0 * 1024.0), "the same for the Octopus: eight motors, the two-sided machine"),
+    figure("octopus_ram_bytes", "bytes", AtMost(72_666.0), "the same for eight motors: at most a tenth above 66 060"),
     figure("host_ticks_per_second", "ticks/s", AtLeast(20.0e6), "interpolator on this machine, one thread"),
 ];
 

@@ -14,7 +14,7 @@
 
 use crate::error::Error;
 use crate::math::Real;
-use crate::planner::{Limits, LimitsError, MOST_TRIM, PathSetting};
+use crate::planner::{Limits, LimitsError, MOST_JERK, MOST_TRIM, PathSetting};
 use crate::shaper::design::{MOST_DAMPING, MOST_HZ};
 use crate::shaper::{Design, Kind, Mode, Reason, Refusal, Wish};
 use crate::stepper::{StepMode, Timing};
@@ -116,9 +116,9 @@ pub const TABLE: [Row; 22] = [
     ),
     axis(
         800,
-        "jerk",
+        "jerk, 0 for no limit",
         "mm/s3, deg/s3",
-        (POSITIVE, 1e12),
+        (0.0, 1e12),
         (40_000.0, 40_000.0),
     ),
     single(1003, "contour tolerance", "mm", (0.0, 10.0), 0.01),
@@ -491,8 +491,18 @@ impl<const N: usize> Settings<N> {
         Limits::new(
             velocity,
             core::array::from_fn(|i| self.values[ACCELERATION][i] * steps[i]),
-            core::array::from_fn(|i| self.values[JERK][i] * steps[i]),
+            core::array::from_fn(|i| self.jerk(i) * steps[i]),
         )
+    }
+
+    /// Jerk of a joint [unit/s^3]: where it is switched off, that which brings the acceleration within a sixteenth of a sample;
+    /// no ramp of the planner is shorter.
+    fn jerk(&self, joint: usize) -> f32 {
+        let off = self.values[ACCELERATION][joint] * 16_000.0;
+        match self.values[JERK][joint] {
+            jerk if jerk > 0.0 => jerk,
+            _ => Real::min(off, MOST_JERK / self.values[STEPS][joint]),
+        }
     }
 
     /// How far each step carries the tool, and how far the tool may leave the path: the tolerance set, or `most` [mm].

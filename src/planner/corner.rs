@@ -102,7 +102,7 @@ impl Leg {
     }
 
     /// From rest to the speed of a corner, through whose window no ramp up leads.
-    fn from_rest(&self, corner: &Corner, rise: f32) -> f32 {
+    fn after_stop(&self, corner: &Corner, rise: f32) -> f32 {
         let (v, share) = (corner.v, corner.share);
         let up = Steep::new(self.a, self.j * share, 0.0);
         let down = Steep::new(self.a, self.j * share, rise);
@@ -238,7 +238,7 @@ pub(super) fn passage<const N: usize>(
             corner.calm = way;
             let passing = [
                 leg1.alike(v, t, share) + leg2.alike(v, t, share),
-                leg1.from_rest(&corner, t) + leg2.from_rest(&corner, t),
+                leg1.after_stop(&corner, t) + leg2.after_stop(&corner, t),
             ];
             if passing[0] < best[0] && passing[1] < best[1] {
                 best = passing;

@@ -1,10 +1,11 @@
 //! Joint targets -> [`Sample`]: commanded positions, one a millisecond, within every joint's limits.
 //!
 //! ```text
-//!  push(target, least time)                                    steps, s
+//!  push(target, least time)                                    steps with a 32-bit fraction, s
 //!     |  resample    chords that one line replaces within 0.42 of the tolerance become one block, of even length
 //!     |  block       direction and length of the block; what every joint allows along it
-//!     |  junction    the vertex before it: rounded through whole blocks, in a narrow zone, or a stop
+//!     |  junction    the vertex before it: rounded through whole blocks, in a narrow zone, a corner, or a stop
+//!     |  corner      a sharp vertex: passed at a speed of its own, rounded in time, swung out within the tolerance
 //!     v  look_ahead  backward: highest speed at which each span may be entered
 //!  ---- ring of 64 blocks ----
 //!     |  run         cruise, ramp up, ramp down; hold, override, stop
@@ -15,20 +16,23 @@
 //!
 //!  speed                 ramp up        cruise       ramp down, planned from its root backward
 //!    |                  _-----_______________________-_
-//!    |                _/                               \_        corner at constant speed
-//!    |              _/                                   \_______/--
-//!    +------------+---|----|----|----|----|----|----|----|-------|----> s
+//!    |                _/                               \_        /----   corner: no acceleration at the vertex itself,
+//!    |              _/                                   \_    _/        ramps right up to it and away from it
+//!    |             /                                       \__/
+//!    +------------+---|----|----|----|----|----|----|----|---+---> s
 //!                       blocks of a smooth curve, crossed as one
 //! ```
 //!
-//! The path is rounded in path length, so it does not depend on speed, hold or override; only the speed along it does.
+//! A curve is rounded in path length, so its path does not depend on speed, hold or override. A sharp corner is rounded in
+//! time: the motion is committed for its window (some 2 x 15 ms at 20 000 mm/s3), and passed more slowly it deviates less.
 //! Instead of the moving average over s(t) that motion.md recommends, ramps are jerk-limited from the start, each with the
-//! acceleration and jerk of the joints and blocks it crosses: a mean over one time T for all is optimal only where
-//! T = a/j of the block at hand, and takes 2.3 T where 1.9 T would do for a tenth of the length 2 a^3/j^2 (its ratio there is
-//! 1.26, above the 1.25 asked for); with a ramp's own shape every straight move is optimal, at any length.
+//! acceleration and jerk that the joints and blocks it crosses leave at its own highest speed (`Slack` in `ramp.rs`): a mean
+//! over one time T for all is optimal only where T = a/j of the block at hand.
 //!
-//! Cost on a Cortex-M4F: 28 000 instructions a block of a dense curve at a full look-ahead, push and samples together
-//! (`planner_instructions_per_block` of `cargo xtask bench`): half of it samples, a third the backward pass.
+//! What is left to gain: a jerk-limited optimum within the tolerance (by linear programming, offline) takes 10 to 15 % less on
+//! zigzags and random short moves, for it lets the joints use the tolerance along whole legs.
+//!
+//! Cost on a Cortex-M4F: `planner_instructions_per_block` of `cargo xtask bench`; a third of it is the backward pass.
 //!
 //! Runs in the foreground. The path planned always ends in a standstill: input may pause at any time.
 
@@ -131,7 +135,8 @@ pub struct Counters {
     pub eased: u32,
 }
 
-/// How a move joins the newest block.
+/// How a move joins the newest block. It lives for the length of one push.
+#[allow(clippy::large_enum_variant)]
 enum Join<const N: usize> {
     /// One line takes the place of both.
     Whole {

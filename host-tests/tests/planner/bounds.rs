@@ -227,7 +227,7 @@ fn corners_are_passed_within_the_tolerance_without_a_stop() {
     let zigzag = |turn: f64| {
         let (mut p, half) = ([0.0; 2], (turn / 2.0).to_radians());
         let next = |k: usize| {
-            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             p = [p[0] + 2.0 * half.cos(), p[1] + side * 2.0 * half.sin()];
             p
         };

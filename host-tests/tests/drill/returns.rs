@@ -196,7 +196,8 @@ fn the_drill_comes_back_as_clear_of_the_wheel_as_it_was_drawn_back() {
         }
     }
     // The planner's share of 3 mm is 0.05 mm; chords as short as those of a stroke take a tenth of it.
-    assert!(returning >= -0.006, "{returning} mm");
+    // A fifth of the tolerance of rapids (0.05 mm) that a return may use.
+    assert!(returning >= -0.01, "{returning} mm");
     // Before the lip, by 2 deg, it does not turn quite beside the wheel.
     assert!(turning >= -0.2, "{turning} mm");
 }

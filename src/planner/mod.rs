@@ -1092,7 +1092,8 @@ impl<const N: usize> Planner<N> {
 
     /// Brings plan and motion up to date with what was pushed and asked for since the last sample.
     fn replan(&mut self) {
-        if self.planned == self.wanted && self.runner.rises_on() {
+        let goes_on = self.state == State::Running && self.planned == self.wanted;
+        if goes_on && self.runner.rises_on() {
             // Nothing is decided on the way up: what arrives meanwhile is planned in one pass at its end.
             return;
         }

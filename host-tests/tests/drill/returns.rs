@@ -195,8 +195,7 @@ fn the_drill_comes_back_as_clear_of_the_wheel_as_it_was_drawn_back() {
             }
         }
     }
-    // The planner's share of 3 mm is 0.05 mm; chords as short as those of a stroke take a tenth of it.
-    // A fifth of the tolerance of rapids (0.05 mm) that a return may use.
+    // A fifth of what a return may leave its path by: the planner's share of 3 mm is 0.05 mm.
     assert!(returning >= -0.01, "{returning} mm");
     // Before the lip, by 2 deg, it does not turn quite beside the wheel.
     assert!(turning >= -0.2, "{turning} mm");

@@ -8,6 +8,7 @@ mod common;
 
 use common::Random;
 use common::emulator::{ALLOW, JOB, ask, assert_equal_stretches, on_both, say_not_run, within};
+use hexstep_host::duel::{self, contests};
 use hexstep_host::emulator::{
     Elf, Emulator, Options, Pulses, Recording, Register, SKR_PRO, firmware_from_environment,
     image_from_environment,
@@ -609,6 +610,26 @@ fn a_stretch_of_every_path_of_joints_makes_the_pulses_of_the_host_tick_for_tick(
 
         let stretch = within(&targets, 0.3);
         assert_equal_stretches(name, &mut emulator, &settings, &[stretch]);
+    }
+}
+
+/// The paths of the duel: dense curves, sharp corners of all kinds, three joints and six.
+#[test]
+fn a_stretch_of_every_path_of_the_duel_makes_the_pulses_of_the_host_tick_for_tick() {
+    let Some(firmware) = firmware() else { return };
+    for contest in contests() {
+        let text = duel::job(&contest, 80.0, 20_000.0);
+        let job = Job::parse(contest.name, contest.name, text.as_bytes()).unwrap();
+        let Task::Path(path) = &job.task else {
+            panic!("{} is a path", contest.name);
+        };
+        let settings = run::settings(&job, None).unwrap();
+        let targets = targets_of(path);
+        let mut emulator = boot_for_motion(firmware.clone());
+
+        // In corners it takes several times as long as is programmed.
+        let stretch = within(&targets, 0.3);
+        assert_equal_stretches(contest.name, &mut emulator, &settings, &[stretch]);
     }
 }
 

@@ -193,7 +193,7 @@ pub struct Planner<const N: usize> {
     spacing: Spacing,
     /// Speed of the newest line when it was long enough to have one [length/ms]; 0 before.
     pace: f32,
-    /// Samples since the last push.
+    /// Samples since the last push with room for another.
     quiet: u8,
 
     /// Standstill before the next block [ms].
@@ -344,7 +344,11 @@ impl<const N: usize> Planner<N> {
         if self.state == State::Lost {
             return None;
         }
-        self.quiet = self.quiet.saturating_add(1);
+        // A full look-ahead says nothing of what comes.
+        self.quiet = match self.ring.is_full() {
+            true => 0,
+            false => self.quiet.saturating_add(1),
+        };
         let begins = self.quiet == 1 && self.runner.is_resting();
         if (self.quiet == QUIET || begins) && self.dwell == 0 {
             // The path may end here: its last lines are made for it.

@@ -19,7 +19,7 @@
 //!  sagitta  k h^2 / 8,  spline inside its polygon  k h^2 / 6   ==>   h = sqrt(2.6 e / k)  keeps both within their shares
 //! ```
 
-use super::look_ahead::lesser;
+use super::look_ahead::{greater, lesser};
 use crate::math::Real;
 
 /// Share of the tolerance for the replaced chords; rounding has the rest, and all of it where nothing is replaced. A spline
@@ -35,7 +35,7 @@ const GROWTH: f32 = 1.2;
 /// Lines grow where the curve allows lines longer by that.
 const LONGER: f32 = 1.15;
 /// Where its curvature would allow lines that much longer, it counts as straight, and lines grow faster.
-const STRAIGHT: f32 = 4.0;
+const STRAIGHT: f32 = 16.0;
 /// What is kept of the length at which the tolerance cut a line.
 const ROOM: f32 = 0.9;
 /// Chords shorter than this share of a line are cut; longer ones end where they end, for points between them lie
@@ -177,15 +177,18 @@ impl Spacing {
             } else {
                 enough
             };
-            let wanted = lesser(most, enough);
             // Lines alike are worth more than lines a little longer; a turn is known to a few hundredths only.
             let due = if self.length < f32::INFINITY {
                 self.length
             } else {
                 h
             };
-            if wanted < due || wanted > due * LONGER {
-                wanted.clamp(due / GROWTH, due * GROWTH)
+            // What is enough keeps lines from growing, and makes none shorter.
+            let longer = lesser(most, enough);
+            if most < due {
+                greater(most, due / GROWTH)
+            } else if longer > due * LONGER {
+                lesser(longer, due * GROWTH)
             } else {
                 due
             }

@@ -194,16 +194,14 @@ pub(super) struct Limit {
 
 /// How much of acceleration and jerk the curvature may use up at the highest speed; the rest is for ramps.
 #[derive(Clone, Copy)]
-pub(super) struct Split {
-    pub a: f32,
-    pub j: f32,
+struct Split {
+    a: f32,
+    j: f32,
 }
 
 /// Where ramps run through: a ramp has its highest acceleration where it is far from its highest speed, so little need be
 /// left for it there.
-pub(super) const SMOOTH: Split = Split { a: 0.96, j: 0.8 };
-/// Where the speed stays constant, with something left for a hold.
-pub(super) const SHARP: Split = Split { a: 0.95, j: 0.9 };
+const SMOOTH: Split = Split { a: 0.96, j: 0.8 };
 
 /// Ramps take at most that many times as long as on a straight line, if a little less speed can do it.
 const MOST_TIME: f32 = 2.2;
@@ -260,10 +258,10 @@ fn limit<const N: usize>(
     scaled: &Scaled<N>,
     slopes: &[Slopes; N],
     short: Short,
-    split: Split,
     spare: f32,
     ends: Ends,
 ) -> Limit {
+    let split = SMOOTH;
     let (mut r1, mut r2, mut r3) = (0.0f32, 0.0f32, 0.0f32);
     let mut r4 = 0.0f32;
     for (i, s) in slopes.iter().enumerate() {
@@ -485,7 +483,7 @@ pub(super) fn body<const N: usize>(
         is_newest: after.is_none() && last == Last::Provisional,
     };
     let spare = lesser(share, block.corner.share);
-    limit(scaled, &slopes, short, SMOOTH, spare, ends)
+    limit(scaled, &slopes, short, spare, ends)
 }
 
 /// Limits of the zone at the start of `block`; `before` is the block before it (with the direction `further` before
@@ -496,7 +494,6 @@ pub(super) fn zone<const N: usize>(
     before: &Block<N>,
     block: &Block<N>,
     after: Option<&Block<N>>,
-    split: Split,
 ) -> Limit {
     let further = further.filter(|_| before.is_wide());
     let after = after.filter(|b| b.is_wide());
@@ -521,5 +518,5 @@ pub(super) fn zone<const N: usize>(
             s.m3 += curvature / after.d;
         }
     }
-    limit(scaled, &slopes, Short::NONE, split, 1.0, Ends::OPEN)
+    limit(scaled, &slopes, Short::NONE, 1.0, Ends::OPEN)
 }

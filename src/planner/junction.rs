@@ -9,7 +9,7 @@
 //!  stop     tolerance 0, and where nothing is sooner
 //! ```
 
-use super::block::{self, Block, SHARP, SMOOTH};
+use super::block::{self, Block};
 use super::corner::{self, Corner};
 use super::limits::Scaled;
 use super::look_ahead::lesser;
@@ -22,7 +22,7 @@ const NOTHING: f32 = 1.0e-3;
 const WIDE_DOUBT: f32 = 0.45;
 /// Turn from which a corner is a way back, about 177 degrees.
 pub(super) const REVERSAL: f32 = 1.9993;
-/// Turn above which a hat through whole blocks is not looked at, about 48 degrees.
+/// Turn above which a hat through whole blocks is not looked at, about 74 degrees.
 const SHARPEST: f32 = 1.2;
 /// Turn up to which ramps run through a narrow zone, about 17 degrees.
 const GENTLE: f32 = 0.3;
@@ -95,7 +95,7 @@ pub(super) fn decide<const N: usize>(
     block.corner = corner;
 }
 
-/// Split of the limits in the zone at the start of `block`.
+/// Whether the turn from `before` to `block` is no corner.
 pub(super) fn is_gentle<const N: usize>(
     weight: &[f32; N],
     before: &Block<N>,
@@ -104,10 +104,9 @@ pub(super) fn is_gentle<const N: usize>(
     turn(weight, &before.u, &block.u) <= GENTLE
 }
 
-/// Limits of the zone at the start of `block`, and whether ramps run through it.
+/// Limits of the zone at the start of `block`; a narrow one has a small turn, and ramps run through it.
 pub(super) fn set_zone<const N: usize>(
     scaled: &Scaled<N>,
-    weight: &[f32; N],
     further: Option<&[f32; N]>,
     before: &Block<N>,
     block: &mut Block<N>,
@@ -125,10 +124,8 @@ pub(super) fn set_zone<const N: usize>(
         block.zone.through = through;
         return;
     }
-    let gentle = is_gentle(weight, before, block);
-    let split = if gentle { SMOOTH } else { SHARP };
-    let limit = block::zone(scaled, further, before, block, after, split);
-    block.zone.limit(2.0 * block.z, limit, gentle);
+    let limit = block::zone(scaled, further, before, block, after);
+    block.zone.limit(2.0 * block.z, limit, true);
 }
 
 /// Time of both blocks where the hat between them holds its speed [ms]; where the next one turns back, its third derivative doubles.
@@ -138,7 +135,7 @@ fn held_time<const N: usize>(
     before: &Block<N>,
     block: &Block<N>,
 ) -> f32 {
-    let zone = block::zone(scaled, further, before, block, None, SMOOTH);
+    let zone = block::zone(scaled, further, before, block, None);
     let v = 0.79 * zone.v;
     before.length / v.min(before.nominal) + block.length / v.min(block.nominal)
 }

@@ -1047,7 +1047,7 @@ impl<const N: usize> Planner<N> {
         };
         let further = further.as_ref();
         junction::decide(scaled, weight, further, &before, &mut block, room.max(0.0));
-        junction::set_zone(scaled, weight, further, &before, &mut block, None);
+        junction::set_zone(scaled, further, &before, &mut block, None);
         // The hat of this vertex may reach into the zone before, whose far side is unknown only at the head.
         if k >= 2 && before.z > 0.0 {
             let beyond = match k.checked_sub(3) {
@@ -1056,7 +1056,7 @@ impl<const N: usize> Planner<N> {
             };
             if let Some(first) = self.ring.get(k - 2).copied() {
                 let after = Some(&block);
-                junction::set_zone(scaled, weight, beyond.as_ref(), &first, &mut before, after);
+                junction::set_zone(scaled, beyond.as_ref(), &first, &mut before, after);
             }
         }
         let limit = block::body(scaled, further, &before, Some(&block), Last::Provisional);

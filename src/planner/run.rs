@@ -522,7 +522,6 @@ impl Runner {
             }
             _ => return,
         };
-        // Else a ramp down is still to come.
         let entry = plan.ring.span(2).map_or(0.0, |corner| corner.entry);
         // What has arrived since a ramp down began may have lowered the entry; the corner itself allows its speed.
         let most = match &self.mode {
@@ -530,6 +529,7 @@ impl Runner {
             _ => entry,
         };
         if profile::speed_of(v) > most * (1.0 + WORTH) {
+            // A ramp down is still to come.
             return;
         }
         let half = (corner.time(profile::speed_of(v)) * TICK as f32) as i64;

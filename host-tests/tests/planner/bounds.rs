@@ -4,34 +4,6 @@
 use super::rig::*;
 use hexstep::planner::{Limits, PathSetting};
 
-/// Time of each block from rest to rest at its programmed speed, one after the other [s].
-fn stopping(program: &Program<6>) -> f64 {
-    let mut from = [0.0; 6];
-    let mut sum = 0.0;
-    for (target, duration) in &program.blocks {
-        let slowest = |limit: &[f32; 6]| {
-            (0..6)
-                .map(|i| f64::from(limit[i]) / (target[i] - from[i]).abs())
-                .fold(f64::MAX, f64::min)
-        };
-        if *target != from {
-            let programmed = match *duration {
-                0.0 => f64::MAX,
-                duration => 1.0 / f64::from(duration),
-            };
-            let limits = &program.limits;
-            sum += optimum(
-                1.0,
-                slowest(limits.velocity()).min(programmed),
-                slowest(limits.acceleration()),
-                slowest(limits.jerk()),
-            );
-        }
-        from = *target;
-    }
-    sum
-}
-
 /// Two to eighty blocks: zigzags, bends, near-straight ways, in 1 to 6 joints of 10 to 10 000 steps/mm, jerk 10^3 to 10^8,
 /// tolerance 0 to 2 mm, at a feed or as rapids.
 fn any_program(seed: u64) -> Program<6> {
@@ -109,7 +81,7 @@ fn programs_of_every_decade_keep_their_limits_and_are_faster_than_stopping() {
         assert_eq!(*samples.last().unwrap(), end_of(&program), "seed {seed}");
         assert_eq!(planner.counters().squeezed, 0, "seed {seed}");
         // The last millisecond is counted whole, but for the one in which it ends.
-        let ratio = (time(&samples) - 1e-3) / stopping(&program);
+        let ratio = (time(&samples) - 1e-3) / rest_to_rest(&program);
         assert!(ratio < 1.25, "seed {seed}: {ratio} of stopping");
         slower += usize::from(ratio > 1.001);
         count += 1;
@@ -244,7 +216,7 @@ fn corners_are_passed_within_the_tolerance_without_a_stop() {
 
             let (samples, _) = run(&program, &[]);
 
-            let ratio = time(&samples) / stopping(&program);
+            let ratio = time(&samples) / rest_to_rest(&program);
             assert!(ratio <= most, "{ratio} of stopping");
             let s = shares(&samples, &program.limits);
             assert!(s[1] <= 1.01 && s[2] <= 1.03, "{s:?}");

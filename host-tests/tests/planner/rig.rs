@@ -401,24 +401,30 @@ pub fn optimum(l: f64, v: f64, a: f64, j: f64) -> f64 {
     2.0 * ramp(lo)
 }
 
-/// The blocks of a program, each from rest to rest at its optimum [s].
+/// The blocks of a program, each from rest to rest at its optimum, at no more than its programmed speed [s].
 pub fn rest_to_rest(program: &Program<6>) -> f64 {
-    let mut q = [0.0; 6];
+    let mut from = [0.0; 6];
     let mut sum = 0.0;
-    for (target, _) in &program.blocks {
+    for (target, duration) in &program.blocks {
         let slowest = |limit: &[f32; 6]| {
             (0..6)
-                .map(|i| f64::from(limit[i]) / (target[i] - q[i]).abs())
+                .map(|i| f64::from(limit[i]) / (target[i] - from[i]).abs())
                 .fold(f64::MAX, f64::min)
         };
-        let limits = &program.limits;
-        sum += optimum(
-            1.0,
-            slowest(limits.velocity()),
-            slowest(limits.acceleration()),
-            slowest(limits.jerk()),
-        );
-        q = *target;
+        if *target != from {
+            let programmed = match *duration {
+                0.0 => f64::MAX,
+                duration => 1.0 / f64::from(duration),
+            };
+            let limits = &program.limits;
+            sum += optimum(
+                1.0,
+                slowest(limits.velocity()).min(programmed),
+                slowest(limits.acceleration()),
+                slowest(limits.jerk()),
+            );
+        }
+        from = *target;
     }
     sum
 }
